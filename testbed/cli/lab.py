@@ -16,7 +16,7 @@ File = Annotated[Path | None, typer.Option(help="File to write. [the shipped one
 
 def climbs(
     out: Results,
-    seeds: Annotated[int, typer.Option(help="Last seed of each case.")] = 20,
+    seeds: Annotated[int, typer.Option(help="Last seed of each case.")] = 14,
     first_seed: Annotated[int, typer.Option(help="First seed of each case.")] = 1,
     way: Annotated[float, typer.Option(min=0.01, help="How far up the slope, m.")] = 10.0,
     case: Annotated[
@@ -41,7 +41,8 @@ def climbs(
 def control_tasks(
     out: Results,
     task: Annotated[
-        list[str] | None, typer.Option(help="keep or drill-hole; may be repeated. [all]")
+        list[str] | None,
+        typer.Option(help="keep, keep-undeclared or drill-hole; may be repeated. [all]"),
     ] = None,
     cases: Annotated[int, typer.Option(min=1, help="Held-out cases of each task.")] = 20,
     first_seed: Annotated[

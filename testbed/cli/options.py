@@ -23,6 +23,9 @@ Set = Annotated[
 ]
 Seed = Annotated[int | None, typer.Option(help="Seed instead of the scenario's.")]
 Jobs = Annotated[int, typer.Option(min=1, help="Processes.")]
+Dask = Annotated[
+    str | None, typer.Option(help="Scheduler of a Dask cluster, tcp://HOST:PORT, to work there.")
+]
 Results = Annotated[Path, typer.Option(help="Folder for results and finished cases; resumed.")]
 Table = Annotated[Path, typer.Option(help="Table to write: .parquet or .csv.")]
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from testbed.cli.options import Gui, Json, Shipped
+from testbed.cli.options import Dask, Gui, Json, Shipped
 
 
 def train(
@@ -23,7 +23,8 @@ def train(
         int | None,
         typer.Option(min=0, help="Seed of a new training; one that goes on keeps its own. [0]"),
     ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Processes, or environments.")] = 1,
+    dask: Dask = None,
 ) -> None:
     """Train a policy by reinforcement learning (needs the extra rl); Ctrl-C saves, the same command
     goes on.
@@ -32,7 +33,7 @@ def train(
     from testbed.report.progress import counting_progress
 
     with counting_progress(steps, task) as progress:
-        print(trained(task, out, steps, seed, workers, progress))
+        print(trained(task, out, steps, seed, workers, progress, dask))
 
 
 def play(

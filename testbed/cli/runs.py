@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from testbed.cli.options import Changes, Gui, Jobs, Json, Model, Shipped, with_changes
+from testbed.cli.options import Changes, Dask, Gui, Jobs, Json, Model, Shipped, with_changes
 from testbed.errors import naming
 
 if TYPE_CHECKING:
@@ -148,10 +148,7 @@ def sweep(
             help="Of a scenario: path=1,2,3 (grid) or path=low:high:samples (Latin hypercube)."
         ),
     ] = None,
-    dask: Annotated[
-        str | None,
-        typer.Option(help="Scheduler of a Dask cluster, tcp://HOST:PORT, to work there."),
-    ] = None,
+    dask: Dask = None,
     shard: Annotated[
         str | None, typer.Option(metavar="I/N", help="Make the i-th of n parts only.")
     ] = None,

@@ -37,9 +37,9 @@ ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
         {
             "scenario": "stand_slope_45",
             "overrides": ["rates.record_hz=100"],
-            "duration_s": 10.0,
+            "duration_s": 4.0,
             "randomisation": "keep",
-            "step_ms": 100,
+            "step_ms": 50,
         },
     ),
     "Roboclimber/DrillHole-v0": (

@@ -8,10 +8,12 @@ reward and in `info` alone.
 
 from __future__ import annotations
 
+import copy
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -36,6 +38,9 @@ from testbed.machine.names import LEGS, SIDES
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.scenario import Scenario, load_scenario
 
+if TYPE_CHECKING:
+    from testbed.world.saved import State
+
 Array = NDArray[np.float64]
 Vector = NDArray[np.float32]
 Observation = Vector | dict[str, Vector]
@@ -53,6 +58,19 @@ TICK_MS = 10
 """A step is a whole number of control ticks of so long."""
 DRAWS = 25
 """So many draws in a row that do not stand are no environment."""
+
+KEPT = (bool, int, float, str, tuple, np.ndarray, type(None))
+"""Attributes of these classes belong to an episode's state; all others are parts of its run."""
+
+
+@dataclass(frozen=True)
+class Saved:
+    """An episode at an instant. Made by `save`, given to `restore` of the same environment."""
+
+    run: Any
+    state: State
+    own: Mapping[str, Any]
+    """What the environment keeps beside the run."""
 
 
 def action_rows(
@@ -130,6 +148,10 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._ended = True
         self._last: tuple[Array, Array] | None = None
         """Data and truth rows of the step before, (1, ..) each."""
+        self._told_last: tuple[Observation, dict[str, Any]] | None = None
+        """What the last step or reset has told."""
+        self._start: Saved | None = None
+        """Where the last draw began."""
 
     def _space(self) -> gymnasium.Space[Any]:
         box = gymnasium.spaces.Box
@@ -146,12 +168,14 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """A fresh run. `options` may hold `overrides`, a list of further `a.b=c` changes for this
-        episode.
+        episode; or `same_machine`, true for the run before with other noise.
 
         A draw that falls, slides or tears a rope before the agent's first step, or that cannot be
         built, is drawn again.
         """
         super().reset(seed=seed)
+        if (options or {}).get("same_machine"):
+            return self._again()
         further = [str(change) for change in (options or {}).get("overrides", ())]
         refused: InputError | None = None
         for _ in range(DRAWS):
@@ -172,7 +196,41 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
                 allowed="one that stands",
             )
         self._ended = False
-        return self._observe(data), self._info(self._truth(data, truth), data)
+        self._told_last = self._observe(data), self._info(self._truth(data, truth), data)
+        self._start = self.save()
+        return self._told_last
+
+    def _again(self) -> tuple[Observation, dict[str, Any]]:
+        """The beginning of the run before, with other noise from here on."""
+        if self._start is None:
+            raise InputError("no run before", field="options.same_machine", allowed="reset first")
+        begun = self.restore(self._start)
+        self._sim.reseed(int(self.np_random.integers(2**32)))
+        return begun
+
+    def save(self) -> Saved:
+        """The episode at this instant. Raises InputError where none has begun."""
+        if self._sim is None:
+            raise InputError("no episode has begun", field="save", allowed="reset first")
+        own = {
+            name: value
+            for name, value in vars(self).items()
+            if isinstance(value, KEPT) and name != "_start"
+        }
+        return Saved(self._sim, self._sim.save(), copy.deepcopy(own))
+
+    def restore(self, saved: Saved) -> tuple[Observation, dict[str, Any]]:
+        """Go on from a state of this very episode's machine, to the last bit; returns what was told
+        at that instant. Raises InputError where another machine has been drawn since.
+        """
+        if saved.run is not self._sim:
+            raise InputError(
+                "belongs to another draw", field="state", allowed="one of the run since reset"
+            )
+        self._sim.restore(saved.state)
+        vars(self).update(copy.deepcopy(dict(saved.own)))
+        assert self._told_last is not None
+        return self._told_last
 
     def _draw(self, further: list[str]) -> tuple[Array, Array]:
         """A new run and its first rows."""
@@ -231,7 +289,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         amounts = self._amounts(known, wanted, bool(lost))
         parts = {name: self._weights[name] * amount for name, amount in amounts.items()}
         info = {**self._info(known, data), "reward_terms": parts}
-        return self._observe(data), float(sum(parts.values())), bool(lost), over, info
+        self._told_last = self._observe(data), info
+        return self._told_last[0], float(sum(parts.values())), bool(lost), over, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """A picture (360, 480, 3) for rgb_array; the window draws itself."""

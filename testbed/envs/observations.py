@@ -101,13 +101,14 @@ KEEP_TABLE: tuple[Observed, ...] = (
             f"tension of the {side} rope at the end of the step less that at the start of the run",
             "N",
             "along it",
-            -1.5e4,
-            1.5e4,
+            -2e4,
+            2e4,
         )
         for side in SIDES
     ),
-    *_STANDING,
-    *seen(["attitude_roll", "attitude_yaw"], (-0.1, 0.1), "body to world"),
+    *seen(_each("estimate_own", LEGS), _NEAR_LOAD_N, ALONG_VERTICAL),
+    *seen(["attitude_pitch"], (-1.1, -0.6), "body to world"),
+    *seen(["attitude_roll", "attitude_yaw"], (-0.05, 0.05), "body to world"),
     *seen(_each("angular_rate", "xyz"), (-0.05, 0.05), "body"),
     *(
         Observed(
@@ -115,12 +116,14 @@ KEEP_TABLE: tuple[Observed, ...] = (
             f"way hauled of the {side} rope as ordered",
             "m",
             "along it",
-            -0.3,
-            0.3,
+            -0.15,
+            0.15,
         )
         for side in SIDES
     ),
-    *_OFFSETS,
+    Observed("orders.diagonal", "fl and rr raised over fr and rl", "m", "joint", -0.02, 0.02),
+    Observed("orders.front", "fl and fr raised over rl and rr", "m", "joint", -0.02, 0.02),
+    Observed("orders.shift", "body moved up the slope over its feet", "m", "slope", -0.12, 0.12),
 )
 """The observation where a stance is to be kept."""
 HOLE_TABLE: tuple[Observed, ...] = (

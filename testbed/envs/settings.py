@@ -30,7 +30,18 @@ FEW_STEPS: dict[str, Any] = {
     "policy_kwargs": {"net_arch": [32, 32], "log_std_init": -1.5},
 }
 """For decisions of a tenth of a second and longer, of which an episode has some tens."""
-SETTINGS = {"keep": FEW_STEPS, "drill-hole": FEW_STEPS, "climb": FEW_STEPS}
+SHORT_EPISODES: dict[str, Any] = {
+    "n_steps": 800,
+    "batch_size": 200,
+    "n_epochs": 10,
+    "learning_rate": 1e-3,
+    "gae_lambda": 0.95,
+    "gamma": 0.98,
+    "ent_coef": 0.0,
+    "policy_kwargs": {"net_arch": [32, 32], "log_std_init": -1.5},
+}
+"""For episodes of eighty decisions, ten of them between two updates."""
+SETTINGS = {"keep": SHORT_EPISODES, "drill-hole": FEW_STEPS, "climb": FEW_STEPS}
 """By task; MANY_STEPS where there is none."""
 
 

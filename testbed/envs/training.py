@@ -1,7 +1,7 @@
 """Train policies with stable-baselines3 (extra `rl`), session by session: what was killed goes on
 where it was.
 
-A training is a row of rounds of some ten thousand steps. A round begins with fresh episodes and
+A training is a row of rounds of some thousand steps. A round begins with fresh episodes and
 random numbers, drawn from the training's seed and the steps done before it, and ends with a
 checkpoint: what was killed or stopped in the middle of a round makes that round again, and ends
 with the very weights of a training that was not. A session is one call of `train`. A folder of a
@@ -21,9 +21,10 @@ import re
 import signal
 import zipfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,7 @@ from testbed.formats.networks import write_network
 from testbed.formats.ownership import owned
 from testbed.simulation.workers import single_threaded
 
-ROUND_STEPS = 10_000
+ROUND_STEPS = 4_000
 """Least steps of all workers together from checkpoint to checkpoint."""
 Progress = Callable[[int], None]
 
@@ -54,6 +55,8 @@ class Session:
     workers: int
     options: Mapping[str, Any] = field(default_factory=dict)
     """Of the environment."""
+    cluster: str | None = None
+    """Address of a Dask scheduler whose workers hold the environments."""
 
     def seed_at(self, done: int) -> int:
         """Seed of the episodes and the exploration of the round that begins after so many steps."""
@@ -82,15 +85,18 @@ def train(
     seed: int | None = None,
     workers: int = 1,
     progress: Progress | None = None,
+    cluster: str | None = None,
     **options: Any,
 ) -> Path:
     """Train until `steps` steps are done in all, going on from the last checkpoint in `out`;
     returns the policy's file.
 
-    seed: of a new training, 0 if None; one that goes on keeps its own. options: of the environment,
-    plain JSON values, kept with the training in the same way. An interruption (Ctrl-C) writes the
-    policy as it is and is raised again. Raises InputError for numbers that cannot be, an unknown
-    task, a folder of another training or a missing library.
+    cluster: the address of a Dask scheduler on whose workers the environments are, which see the
+    same files under the same names; None for processes of this machine. seed: of a new training, 0
+    if None; one that goes on keeps its own. options: of the environment, plain JSON values, kept
+    with the training in the same way. An interruption (Ctrl-C) writes the policy as it is and is
+    raised again. Raises InputError for numbers that cannot be, an unknown task, a folder of another
+    training or a missing library.
     """
     for option, value in (("--steps", steps), ("--workers", workers)):
         if value < 1:
@@ -99,7 +105,8 @@ def train(
     single_threaded()
     kit = library()
     with owned(out):
-        session = _begin(out, {"task": task, "seed": seed, "options": options}, workers)
+        begun = _begin(out, {"task": task, "seed": seed, "options": options}, workers)
+        session = replace(begun, cluster=cluster)
         try:
             _learn(kit, session, steps, progress)
         finally:
@@ -135,11 +142,9 @@ def _learn(kit: Any, session: Session, steps: int, progress: Progress | None) ->
     policy.zip is written in any case; a checkpoint by whole rounds alone.
     """
     import torch
-    from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
 
     torch.set_num_threads(1)
-    makers = [partial(_worker, session, k) for k in range(session.workers)]
-    envs = SubprocVecEnv(makers) if session.workers > 1 else DummyVecEnv(makers)
+    envs = _environments(session)
     try:
         last = latest(session.out)
         done = 0 if last is None else _steps(last)
@@ -159,6 +164,18 @@ def _learn(kit: Any, session: Session, steps: int, progress: Progress | None) ->
                 return
     finally:
         envs.close()
+
+
+def _environments(session: Session) -> Any:
+    """The training's environments: on a cluster, in processes, or in this one."""
+    from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
+
+    makers = [partial(_worker, session, k) for k in range(session.workers)]
+    if session.cluster is not None:
+        from testbed.envs.cluster import ClusterEnvs
+
+        return ClusterEnvs(session.cluster, makers)
+    return SubprocVecEnv(makers) if session.workers > 1 else DummyVecEnv(makers)
 
 
 def _round_steps(session: Session) -> int:
@@ -203,7 +220,7 @@ def _worker(session: Session, number: int) -> Any:
     import gymnasium
     from stable_baselines3.common.monitor import Monitor
 
-    if parent_process() is not None:
+    if parent_process() is not None and current_thread() is main_thread():
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     file = session.episodes(number)
     file.parent.mkdir(parents=True, exist_ok=True)

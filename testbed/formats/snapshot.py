@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from types import BuiltinFunctionType, FunctionType, MethodType, ModuleType
 from typing import Any
@@ -94,7 +95,8 @@ def _named(spelt: str, allowed: set[str]) -> type:
     for any other.
     """
     module, _, name = spelt.partition(":")
-    for loaded in list(sys.modules.values()):
+    under_its_name = [sys.modules[module]] if module in sys.modules else []
+    for loaded in chain(under_its_name, tuple(sys.modules.values())):
         kind: Any = loaded
         for word in name.split("."):
             kind = getattr(kind, word, None)

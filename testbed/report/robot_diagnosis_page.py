@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.robot.diagnose import LEARNT_SHARE, RobotDiagnosis
 from testbed.diagnosis.robot.findings import as_json, spoken
-from testbed.diagnosis.robot.groups import FORCES
+from testbed.diagnosis.robot.groups import FORCES, LINE
 from testbed.effects import by_name
 from testbed.machine.names import AXES
 from testbed.report.page import render
@@ -74,7 +74,8 @@ def _rows(diagnosis: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
     units = {FORCES: ("N, N m", 1.0), "feet": ("mm", 1e3), "supply": ("bar", 1e-5)}
     out = []
     for group, row in diagnosis.errors.items():
-        unit, factor = units.get(group, ("cm³/s", 1e6))
+        of_oil = ("N", 1.0) if group.startswith(LINE) else ("cm³/s", 1e6)
+        unit, factor = units.get(group, of_oil)
         changed = abs(row["after"] - row["refit"]) > 0.02 * row["refit"]
         if group in units or changed:
             told = {stage: f"{factor * value:.3g}" for stage, value in row.items()}

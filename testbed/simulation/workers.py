@@ -17,7 +17,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from testbed.errors import InputError
 from testbed.formats.sockets import user_code
@@ -88,13 +88,13 @@ def work_through(
     yield from _in_processes(work, todo, min(workers.jobs, len(todo)), interrupted)
 
 
-def _on_cluster(work: Callable[[Item], Answer], todo: list[Item], address: str) -> Iterator[Answer]:
-    """Answers from a Dask cluster. What a worker that dies was at is handed to another one.
+def cluster_client(address: str) -> Any:
+    """A client of the Dask scheduler at an address.
 
     Raises InputError where the extra is missing, or where no scheduler answers.
     """
     try:
-        from distributed import Client, as_completed
+        from distributed import Client
     except ImportError as error:
         raise InputError(
             "needs the extra sweep",
@@ -102,12 +102,21 @@ def _on_cluster(work: Callable[[Item], Answer], todo: list[Item], address: str) 
             allowed="pip install 'roboclimber-testbed[sweep]'",
         ) from error
     try:
-        client = Client(address, timeout=CONNECT_S)
+        return Client(address, timeout=CONNECT_S)
     except (OSError, ValueError, TimeoutError) as error:
         allowed = "the address of a running dask scheduler, such as tcp://127.0.0.1:8786"
         raise InputError(
             "does not answer", field="--dask", value=address, allowed=allowed
         ) from error
+
+
+def _on_cluster(work: Callable[[Item], Answer], todo: list[Item], address: str) -> Iterator[Answer]:
+    """Answers from a Dask cluster. What a worker that dies was at is handed to another one; see
+    cluster_client.
+    """
+    client = cluster_client(address)
+    from distributed import as_completed
+
     with client:
         futures = [client.submit(work, item, pure=False) for item in todo]
         try:

@@ -22,12 +22,23 @@ def test_the_traction_devices_need_time_to_go_back() -> None:
     )
 
 
-def test_the_valves_bind_and_quicker_ones_raise_the_bound_in_proportion() -> None:
+def test_the_ropes_bind_and_quick_ones_leave_it_to_the_pump() -> None:
     plain = speed_limits(build_machine(), 0.4, 0.05, 45.0, 4000.0)
+    haul = {"traction.speed_max_m_s": 0.2, "traction.return_speed_m_s": 1.0}
+    quick = speed_limits(build_machine(haul), 0.4, 0.05, 45.0, 4000.0)
+    assert plain.lowest[0] == "ropes" and quick.lowest[0] == "pump_flow"
+    assert plain.pump_flow == quick.pump_flow
+
+
+def test_valves_of_half_the_flow_bind_at_half_the_speed() -> None:
+    """Of the way of a stride a leg makes three quarters itself while the body goes on."""
     kinds = ("rotation", "radial", "vertical")
-    numbers = {f"valve.rated_flow_{kind}_m3_s": 1.6e-3 for kind in kinds}
-    quick = speed_limits(build_machine(numbers), 0.4, 0.05, 45.0, 4000.0)
-    assert plain.lowest[0] == "valves" and quick.lowest[0] != "valves"
-    assert 0.025 < plain.valves < 0.035
-    longer = speed_limits(build_machine(), 0.6, 0.05, 45.0, 4000.0)
-    assert longer.valves > plain.valves
+    numbers = {f"valve.rated_flow_{kind}_m3_s": 1.3333e-4 for kind in kinds}
+    numbers["valve.rated_flow_vertical_m3_s"] = 2.08335e-4
+    plain, small = (
+        speed_limits(build_machine(given), 0.4, 0.05, 45.0, 4000.0) for given in ({}, numbers)
+    )
+    assert small.lowest[0] == "valves"
+    assert small.valves == pytest.approx(0.5 * plain.valves, rel=1e-3)
+    radial_s_m = 3.1172e-3 * 0.5 / 2.6667e-4  # at 60 degrees from the way
+    assert plain.valves == pytest.approx(1.0 / (4 * 0.75 * radial_s_m), rel=1e-3)

@@ -79,10 +79,12 @@ def test_a_foot_that_took_a_jerk_for_the_ground_searches_on() -> None:
 
 
 def test_a_walk_whose_foot_stands_too_far_back_falls_behind_its_plan_and_goes_on() -> None:
-    made, planned = crawl("task.steps=40"), crawl("task.steps=40")
+    made, planned = (crawl("task.gait=two_phase", "task.steps=40") for _ in range(2))
     made._feet[0, 0] -= 0.2  # a foot of the second group: the others carry the body away from it
-    free = planned._plan.next_phases(planned._feet, planned._body, 0)[0].body_to
-    goal = made._plan.next_phases(made._feet, made._body, 0)[0].body_to
+    free, goal = (
+        walk._plan.next_phases(walk._feet, walk._body, 0)[0].way for walk in (planned, made)
+    )
+    assert free is not None and goal is not None
     assert made._plan._behind_m == pytest.approx(0.1) and planned._plan._behind_m == 0.0
-    assert goal[0] == pytest.approx(free[0] - made._plan._behind_m)
-    assert made._footholds.reaches(made._feet, goal)
+    assert goal.end[0] == pytest.approx(free.end[0] - made._plan._behind_m)
+    assert made._footholds.reaches(made._feet, goal.end)

@@ -89,7 +89,7 @@ def test_a_walk_comes_to_its_waypoints() -> None:
     assert here[:2] == pytest.approx([0.2, 0.1], abs=0.02)
 
 
-@pytest.mark.parametrize("gait", ["two_phase", "wave"])
+@pytest.mark.parametrize("gait", ["flowing", "two_phase", "wave"])
 def test_strides_are_as_long_as_the_way_needs(gait: Any) -> None:
     places = ((0.5, 0.0), (0.5, -0.3))
     task = Crawl(kind="crawl", gait=gait, step_length_m=0.2, waypoints_m=places)
@@ -97,7 +97,7 @@ def test_strides_are_as_long_as_the_way_needs(gait: Any) -> None:
     assert first.heading_deg == 0.0 and second.heading_deg == -90.0
     for leg, way in ((first, 0.5), (second, 0.3)):
         assert leg.step_length_m <= 0.2 + 1e-12 and leg.steps % 4 == 0
-        short = 0.25 if gait == "two_phase" else 0.125
+        short = 0.125 if gait == "wave" else 0.25
         assert leg.step_length_m * (leg.steps / 4 - short) == pytest.approx(way)
 
 

@@ -4,6 +4,7 @@ pay badly.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 
 import gymnasium
@@ -11,10 +12,14 @@ import numpy as np
 import pytest
 
 import testbed.envs  # noqa: F401  (registers the environments)
+from testbed.control.layers.shift import SHIFT_SPEED_M_S
+from testbed.envs.agents.base import Constant
+from testbed.envs.agents.keep import Yielding
 from testbed.envs.climb_steps import STRIDE_M
 from testbed.envs.drill_hole import FEED_N, FEED_RANGE_N, HANDBOOK
 from testbed.envs.keep import HAUL_M_S
 from testbed.envs.randomisation import draw_overrides, named_set
+from testbed.errors import InputError
 from testbed.machine.names import SIDES
 from testbed.scenario.scenario import load_scenario
 
@@ -82,46 +87,95 @@ def test_a_rope_is_hauled_at_the_speed_that_is_ordered_and_one_that_is_cut_is_ma
     _, info = env.reset(seed=1)
     assert info["action_mask"].all() and info["fault_s"] == 0.6
     before = env._sim.machine.board.ropes["unstrained"].copy()
-    right = np.zeros(6, dtype=np.float32)
+    right = np.zeros(5, dtype=np.float32)
     right[SIDES.index("right")] = 0.5
-    for _ in range(2):
+    for _ in range(4):
         env.step(right)
     hauled = before - env._sim.machine.board.ropes["unstrained"]
     assert hauled == pytest.approx([0.0, 0.5 * HAUL_M_S * 0.2], abs=1e-3)
-    for _ in range(4):
-        _, _, _, _, info = env.step(np.zeros(6, dtype=np.float32))
+    for _ in range(8):
+        _, _, _, _, info = env.step(np.zeros(5, dtype=np.float32))
     env.close()
-    assert info["action_mask"].tolist() == [False, *5 * [True]]
+    assert info["action_mask"].tolist() == [False, *4 * [True]]
+
+
+def test_the_body_goes_down_the_slope_over_feet_that_stay() -> None:
+    env = _keep("events=[]", "terrain.friction=0.8", seconds=2.0)
+    env.reset(seed=1)
+    body = env._sim.machine.origin_in_world
+    up = env._sim.machine.ground.rotation_slope_to_world[:, 0]
+    before = body() @ up
+    for _ in range(2):
+        env.step(np.array([0.0, 0.0, 0.0, 0.0, -1.0], dtype=np.float32))
+    for _ in range(12):
+        _, _, _, _, info = env.step(np.zeros(5, dtype=np.float32))
+    way = before - body() @ up
+    env.close()
+    assert way == pytest.approx(2 * SHIFT_SPEED_M_S * 0.05, abs=6e-3)
+    assert info["slip_m"] < 2e-3
 
 
 def test_a_stance_is_paid_from_the_fault_on_and_only_while_its_feet_stay() -> None:
     env = _keep("events=[{kind: set_rope, at_s: 0.55, rope: left, pay_out_m: 0.001}]", seconds=1.0)
-    whole = _returns(env, lambda _: np.zeros(6, np.float32))[1.0]
+    whole = _returns(env, lambda _: np.zeros(5, np.float32))[1.0]
     env.close()
     assert whole == pytest.approx(0.45, abs=0.03)
 
 
 @pytest.mark.slow
-def test_neither_idleness_nor_leaning_on_the_limits_keeps_as_well_as_hauling_the_other_rope() -> (
+def test_neither_idleness_nor_leaning_on_the_limits_keeps_as_well_as_the_agent_that_yields() -> (
     None
 ):
-    """A rope that parts after three seconds: by then the limits have pulled the feet up the slope.
-
-    One that parts in the first second is another matter: there whoever pulled from the start wins.
+    """On two drawn machines, the left or the right rope cut as early as faults are drawn: nothing,
+    and every action at either limit all the time. No end comes early to anybody's gain: the score
+    only grows.
     """
-    cut = "events=[{kind: cut_rope, at_s: 3.0, rope: left}]"
-    env = _keep(cut, "terrain.friction=0.3", "terrain.slope_deg=50", seconds=7.0)
-    haul, excess = np.zeros(6, np.float32), np.ones(6, np.float32)
-    haul[SIDES.index("right")] = 1.0
-
-    def rule(info: dict) -> Action:
-        return haul if info["t_s"] > 3.0 else 0.0 * haul
-
-    kept = _returns(env, rule)
-    idle, limit = (_returns(env, lambda _, a=a: a) for a in (0.0 * haul, excess))
+    env, each = _keep(randomisation="keep"), np.eye(5)
+    poor = [np.zeros(5), *each, *-each, each[0] + each[1], each[0] + each[1] - each[4]]
+    earned = np.zeros((len(poor) + 1, len(GAMMAS)))
+    for seed, side in itertools.product((203, 201), SIDES):
+        cut = f"events=[{{kind: cut_rope, at_s: 1.4, rope: {side}}}]"
+        env.reset(seed=seed, options={"overrides": [cut]})
+        start = env.save()
+        agents = [Yielding(), *(Constant(action) for action in poor)]
+        for agent, sums in zip(agents, earned, strict=True):
+            (seen, _), rewards, over = env.restore(start), [], False
+            while not over:
+                seen, reward, lost, ended, _ = env.step(agent.act(seen))
+                rewards.append(reward)
+                over = lost or ended
+            assert min(rewards) >= 0.0
+            sums += [float(np.polyval(rewards[::-1], gamma)) for gamma in GAMMAS]
     env.close()
-    for gamma in GAMMAS:
-        assert max(idle[gamma], limit[gamma]) < kept[gamma]
+    assert (earned[1:] < 0.8 * earned[0]).all(), earned
+
+
+def test_an_episode_goes_on_from_a_saved_instant_to_the_last_bit() -> None:
+    """Three steps after a save, and after going back to it; the same machine again has other
+    noise.
+    """
+    env = _keep(CUT, seconds=2.0)
+    env.reset(seed=1)
+    act = np.array([0.3, -0.2, 0.5, 0.1, -0.4], np.float32)
+    env.step(act)
+    saved = env.save()
+    first = [env.step(act) for _ in range(3)]
+    _, info = env.restore(saved)
+    again = [env.step(act) for _ in range(3)]
+    for one, other in zip(first, again, strict=True):
+        assert np.array_equal(one[0], other[0]) and one[1] == other[1]
+        assert one[4]["slip_m"] == other[4]["slip_m"]
+    assert info["t_s"] < first[0][4]["t_s"]
+    _, info = env.reset(options={"same_machine": True})
+    assert info["t_s"] == pytest.approx(0.05, abs=1e-3)
+    first_seen = env.step(act)[0]
+    env.reset(options={"same_machine": True})
+    other_seen = env.step(act)[0]
+    assert not np.array_equal(first_seen, other_seen)
+    env.reset(seed=2)
+    with pytest.raises(InputError, match="another draw"):
+        env.restore(saved)
+    env.close()
 
 
 @pytest.mark.slow

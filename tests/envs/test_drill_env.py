@@ -148,6 +148,7 @@ def _memory_mb() -> float:
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 1e6
 
 
+@pytest.mark.slow
 def test_a_draw_that_does_not_stand_is_drawn_again() -> None:
     """Half of the draws have ropes that are off on 60 degrees: no episode begins with them."""
     varied = {"ropes.enabled": {"one_of": [True, False]}, "terrain.slope_deg": {"one_of": [60.0]}}

@@ -26,18 +26,22 @@ class Always(Never):
 """
 
 
-def _contact(detector: str) -> np.ndarray:
+def _contact(detector: str, since: int = 50) -> np.ndarray:
     changes = [f"estimator.detector={detector}"]
     world = Simulation(load_scenario("stand_slope_45", changes, duration=0.4))
     data, _ = world.run_block(400)
     world.close()
     first = world.data_columns.index("contact_fl")
-    return data[50:, first : first + 4]
+    return data[since:, first : first + 4]
 
 
 @pytest.mark.parametrize("name", ["held", "threshold_own", "cusum"])
 def test_standing_feet_are_loaded_by_every_detector(name: str) -> None:
     assert np.all(_contact(name) == 1.0)
+
+
+def test_no_foot_is_called_lost_before_anything_was_seen_of_it() -> None:
+    assert np.all(_contact("learned", since=0) == 1.0)
 
 
 def test_a_class_of_ones_own_decides(tmp_path: Path) -> None:

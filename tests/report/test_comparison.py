@@ -46,8 +46,8 @@ def test_lists_differ_entry_by_entry_and_what_only_one_has_is_told() -> None:
     ]
 
 
-@pytest.mark.parametrize("word", HOSTILE[:3])
-def test_what_a_user_wrote_is_not_taken_for_html(tmp_path: Path, word: str) -> None:
+def test_what_a_user_wrote_is_not_taken_for_html(tmp_path: Path) -> None:
+    word = " ".join(HOSTILE[:3])
     runs = [write_synthetic_run(tmp_path / name, 1.0) for name in ("one", word.replace("/", "\\"))]
     (runs[0] / "scenario.yaml").write_text(json.dumps({"description": word, word: [word]}))
     assert not foreign(write_comparison(runs, tmp_path / "both.html").read_text())

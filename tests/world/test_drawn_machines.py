@@ -25,7 +25,13 @@ CHANGES = (
 DRAWN = ["machine.draw=workshop", "machine.seed=3"]
 
 
-@pytest.mark.parametrize("tolerance", tolerances("workshop"), ids=lambda t: t.number)
+@pytest.mark.parametrize(
+    "tolerance",
+    [
+        pytest.param(one, id=one.number, marks=[pytest.mark.slow] * (index % 6 > 0))
+        for index, one in enumerate(tolerances("workshop"))
+    ],
+)
 def test_every_tolerance_by_itself_changes_what_is_measured(
     tolerance: Tolerance, monkeypatch: pytest.MonkeyPatch
 ) -> None:

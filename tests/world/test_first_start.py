@@ -41,7 +41,8 @@ def _start(home: Path) -> tuple[dict[str, list[int]], str]:
 def test_children_compile_a_first_start_and_the_next_compiles_nothing(tmp_path: Path) -> None:
     first, said = _start(tmp_path)
     assert said.count("\n") == 1 and "first start" in said
-    assert {count for count, _ in first.values()} == {1}  # as the step calls them, and no other
+    assert first["between_steps"][0] == 1  # as the step calls it, and no other
+    assert max(count for count, _ in first.values()) == 1
     assert all(missed == 0 for _, missed in first.values())  # the children's, found in the cache
     second, said = _start(tmp_path)
     assert said == ""

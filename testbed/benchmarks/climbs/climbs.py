@@ -1,4 +1,5 @@
-"""Long climbs: ten metres up each slope, on planes and on rough rock, several seeds each.
+"""Long climbs: ten metres up each slope, on planes and on rough rock, with ropes aside and rods on
+board, several seeds each.
 
 A run ends when the body has gone its way, the machine is lost, or its time is over. A seed draws
 the machine, the sensors' errors, the true friction and, on rock, the surface; control believes the
@@ -8,7 +9,6 @@ of one's own climbs the same slopes beside the shipped one.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -25,10 +25,22 @@ from testbed.report.tables import Table
 from testbed.scenario.scenario import Scenario, load_scenario
 
 SCENARIO = "crawl_slope_45"
-LONG = "task.steps=120", "duration_s=1500", "rates.record_hz=10"
-ACROSS = ("robot.rotation_deg=[12,-12,-12,12]",)
-"""Legs further across the way than in the scenario: a step is more turn and less reach, and takes
-less time.
+LONG = "task.gait=flowing", "task.steps=120", "duration_s=1500", "rates.record_hz=10"
+ACROSS = (
+    "robot.rotation_deg=[12,-12,-12,12]",
+    "robot.radial_m=0.19",
+    "task.step_length_m=0.48",
+)
+"""Legs further across the way than in the scenario: a step is more turn and less reach, takes less
+time, and can be longer.
+"""
+ASIDE = ("ropes.azimuth_deg=30", "ropes.anchor_spread_m=40", "ropes.pull=straight")
+"""Anchors whose middle lies 30 degrees to the left, far enough apart that straight up lies between
+them.
+"""
+RODS = ("robot.payload_kg=1333", "ropes.attachment_height_m=0.45")
+"""Rods of a third of the robot's weight on board, and ropes as much higher as that moves the centre
+of mass.
 """
 WAY_M = 10.0
 SLIP_LIMIT_M, TILT_LIMIT_DEG = 0.05, 3.0
@@ -55,8 +67,8 @@ class Climb:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of it. Slip: furthest way of a standing foot within one stance; tilt: against the
-    slope's normal.
+    """What came of it. Slip: furthest way of a standing foot within one stance; tilt: largest turn
+    of the body from where it started.
 
     None: a gait of one's own does not say.
     """
@@ -83,7 +95,8 @@ class Outcome:
 
 
 CASES: dict[str, tuple[str, ...]] = {
-    **{f"plane {deg}": (f"terrain.slope_deg={deg}", *ACROSS) for deg in (30, 45, 60, 75)},
+    **{f"plane {deg}": (f"terrain.slope_deg={deg}", *ACROSS) for deg in (30, 45, 60)},
+    "plane 75": ("terrain.slope_deg=75", ACROSS[0]),
     "plane 85": ("terrain.slope_deg=85", "ropes.share=1.0", "ropes.attachment_height_m=0.28"),
     **{
         f"{ROUGH} {deg}": (
@@ -95,6 +108,9 @@ CASES: dict[str, tuple[str, ...]] = {
         )
         for deg in (45, 60)
     },
+    "aside 60": ("terrain.slope_deg=60", *ACROSS, *ASIDE),
+    "rods 60": ("terrain.slope_deg=60", *ACROSS, *RODS),
+    "aside, rods 45": ("terrain.slope_deg=45", *ACROSS, *ASIDE, *RODS),
 }
 
 
@@ -135,7 +151,7 @@ class Climbs(Benchmark[Climb]):
 
     name = "climbs"
     noun = "climbs"
-    seeds: int = 20
+    seeds: int = 14
     first_seed: int = 1
     way_m: float = WAY_M
     chosen: tuple[str, ...] = tuple(CASES)
@@ -200,18 +216,15 @@ def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
     own = None if climb.gait == SHIPPED else climb.gait
     world = Simulation(scenario, own=OwnParts(own))
     gait: Any = world.machine.gait if own is None else None
-    normal = world.machine.ground.normal_in_world
     columns = {name: index for index, name in enumerate(world.truth_columns)}
     ropes = [
         [columns[f"rope_force_in_world_{side}_{axis}"] for axis in "xyz"]
         for side in ("left", "right")
     ]
-    tilt, tension, verdict = 0.0, 0.0, ""
+    tension, verdict = 0.0, ""
     try:
         while not (world.finished or (gait and gait.done) or _travelled(world) >= way_m):
             _, truth = world.run_block(scenario.rates.record_hz)
-            upright = float(world.machine.board.rotation[:, 2] @ normal)
-            tilt = max(tilt, math.degrees(math.acos(min(upright, 1.0))))
             pulls = [np.linalg.norm(truth[:, rope], axis=1).max(initial=0.0) for rope in ropes]
             tension = max(tension, *map(float, pulls))
     except (SimulationFault, InputError) as fault:
@@ -225,7 +238,7 @@ def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
         world._step * world.dt,
         gait.steps_done if gait else None,
         summary["foot_slip_m"],
-        max(tilt, summary["turn_max_deg"]),
+        summary["turn_max_deg"],
         min(gait.margins_n, default=0.0) if gait else None,
         tension,
         scenario.terrain.friction,

@@ -4,6 +4,7 @@ drawn machine.
 
 from __future__ import annotations
 
+import atexit
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.control_tasks.oracle import Found, search
-from testbed.benchmarks.control_tasks.tasks import TASKS, Entrant, MakeAgent, trained
+from testbed.benchmarks.control_tasks.tasks import TASKS, Entrant, Task, trained
 from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.envs.agents.base import Agent
 from testbed.errors import InputError
 from testbed.report.tables import Table
 
@@ -24,7 +26,7 @@ ORACLE = "oracle"
 SCORING_SEED = 100_000
 """Seed of the first case that is scored; those below are for tuning."""
 RESAMPLES = 2000
-TOLD = ("verdict", "slip_m", "depth_m", "t_s")
+TOLD = ("verdict", "slip_m", "held", "caught_s", "depth_m", "t_s")
 """What of the last step's `info` is kept."""
 
 
@@ -80,19 +82,12 @@ class ControlTasks(Benchmark[Case]):
                 if case.policy
                 else task.entrants[case.entrant]
             )
-            return told | {"seed": case.seed} | episode(task.environment, entrant, case.seed)
-        ends: dict[float, dict[str, Any]] = {}
-
-        def score(plan: Array) -> float:
-            make: MakeAgent = lambda env: task.plans.agent(env, plan)  # noqa: E731
-            end = episode(task.environment, Entrant(make), case.seed)
-            ends.setdefault(end["score"], end)
-            return float(end["score"])
-
-        plans = task.plans
-        found: Found = search(score, plans.starts, plans.spread, self.oracle_episodes, case.seed)
-        rest = {"seed": case.seed, "plan": found.plan, "history": found.history}
-        return told | rest | ends[found.score]
+            return told | {"seed": case.seed} | episode(task, entrant, case.seed)
+        if task.solved_by:
+            solved = episode(task, task.entrants[task.solved_by], case.seed)
+            if solved["held"]:  # leaves the task: nothing is to be searched for
+                return told | {"seed": case.seed, "plan": (), "history": ()} | solved
+        return told | {"seed": case.seed} | best_found(task, case.seed, self.oracle_episodes)
 
     def summarise(self, answers: Answers) -> dict[str, Any]:
         """By task: every entrant's mean score with its interval, and the headroom."""
@@ -107,33 +102,63 @@ class ControlTasks(Benchmark[Case]):
                     name,
                     f"{line['mean']:.2f} ({line['low']:.2f} to {line['high']:.2f})",
                     f"{100 * line['stood']:.0f} %",
+                    f"{100 * line['held']:.0f} %, {line['caught_s']:.2f} s"
+                    if "held" in line
+                    else "",
                     f"{100 * line['closed']:.0f} %",
                 ]
                 for name, line in found["entrants"].items()
             ]
             title = (
                 f"{task}: {found['cases']} cases, headroom {100 * found['headroom']:.0f} % over"
-                f" {found['best_rule']}"
+                f" {found['best_rule']}; {found['left']} cases left the task, doubling the oracle's budget"
+                f" adds {100 * found['doubling']:.1f} %"
             )
-            heads = ["who", f"score [{TASKS[task].unit}]", "stood", "headroom closed"]
+            heads = ["who", f"score [{TASKS[task].unit}]", "stood", "held, caught", "closed"]
             made.append(Table(title, heads, rows))
         return made
 
 
 @lru_cache(maxsize=8)
-def _environment(name: str, overrides: tuple[str, ...]) -> Any:
+def _environment(name: str, randomisation: str | None, overrides: tuple[str, ...]) -> Any:
     """An environment of a process, used again and again."""
     from testbed import envs
 
-    own = envs.ENVIRONMENTS[name][1].get("overrides", [])
-    return envs.make(name, overrides=[*own, *overrides])
+    own = envs.ENVIRONMENTS[name][1]
+    drawn = own["randomisation"] if randomisation is None else randomisation
+    changes = [*own.get("overrides", []), *overrides]
+    made = envs.make(name, randomisation=drawn, overrides=changes)
+    atexit.register(made.close)
+    return made
 
 
-def episode(name: str, entrant: Entrant, seed: int) -> dict[str, Any]:
+def episode(task: Task, entrant: Entrant, seed: int) -> dict[str, Any]:
     """The return of one episode and how it ended."""
-    env = _environment(name, entrant.overrides)
-    observation, info = env.reset(seed=seed)
-    agent, score, over = entrant.make(env), 0.0, False
+    env = _environment(task.environment, task.randomisation, entrant.overrides)
+    observation, _ = env.reset(seed=seed)
+    return _played(env, entrant.make(env), observation)
+
+
+def best_found(task: Task, seed: int, budget: int) -> dict[str, Any]:
+    """The oracle's best episode of one case: every plan is tried from the same saved instant."""
+    env = _environment(task.environment, task.randomisation, ())
+    env.reset(seed=seed)
+    start = env.unwrapped.save()
+    ends: dict[float, dict[str, Any]] = {}
+
+    def score(plan: Array) -> float:
+        observation, _ = env.unwrapped.restore(start)
+        end = _played(env.unwrapped, task.plans.agent(env, plan), observation)
+        ends.setdefault(end["score"], end)
+        return float(end["score"])
+
+    found: Found = search(score, task.plans.starts, task.plans.spread, budget, seed)
+    return {"plan": found.plan, "history": found.history} | ends[found.score]
+
+
+def _played(env: Any, agent: Agent, observation: Any) -> dict[str, Any]:
+    """The return of the rest of an episode and how it ended."""
+    score, over, info = 0.0, False, {}
     while not over:
         observation, reward, lost, ended, info = env.step(agent.act(observation))
         score, over = score + float(reward), lost or ended
@@ -148,6 +173,9 @@ def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     the share of such cases.
     """
     mine = sorted((answer for answer in answers if answer["task"] == task), key=lambda a: a["seed"])
+    solved_by = TASKS[task].solved_by
+    solved = {a["seed"] for a in mine if a["entrant"] == solved_by and a["held"]}
+    mine = [answer for answer in mine if answer["seed"] not in solved]
     names = list(dict.fromkeys(answer["entrant"] for answer in mine))
     scores = {
         key: np.array([answer["score"] for answer in mine if answer["entrant"] == key])
@@ -156,10 +184,7 @@ def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     others = np.max([values for name, values in scores.items() if name != ORACLE], axis=0)
     beaten = float(np.mean(others > scores[ORACLE]))
     scores[ORACLE] = np.maximum(scores[ORACLE], others)
-    stood = {
-        key: [answer["verdict"] == "stood" for answer in mine if answer["entrant"] == key]
-        for key in names
-    }
+    ends = {key: [answer for answer in mine if answer["entrant"] == key] for key in names}
     best = max(TASKS[task].rules, key=lambda name: float(scores[name].mean()))
     rule, oracle = float(scores[best].mean()), float(scores[ORACLE].mean())
     rng = np.random.default_rng(0)
@@ -172,13 +197,33 @@ def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             "mean": float(values.mean()),
             "low": float(low),
             "high": float(high),
-            "stood": float(np.mean(stood[name])),
+            **_ends(ends[name]),
             "closed": closed,
         }
     return {
         "cases": len(scores[best]),
+        "left": len(solved),
+        "doubling": _doubling(ends[ORACLE]),
         "best_rule": best,
         "headroom": (oracle - rule) / max(abs(rule), 1e-9),
         "beaten": beaten,
         "entrants": lines,
     }
+
+
+def _ends(answers: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """Shares of the episodes that stood and that held, and the median time until one was caught."""
+    found = {"stood": float(np.mean([answer["verdict"] == "stood" for answer in answers]))}
+    if all("held" in answer for answer in answers):
+        found["held"] = float(np.mean([answer["held"] for answer in answers]))
+        found["caught_s"] = float(np.median([answer["caught_s"] for answer in answers]))
+    return found
+
+
+def _doubling(answers: Sequence[Mapping[str, Any]]) -> float:
+    """By which share the oracle's mean score grew in the second half of its search."""
+    histories = [answer["history"] for answer in answers if answer["history"]]
+    if not histories:
+        return 0.0
+    half = float(np.mean([history[(len(history) - 1) // 2] for history in histories]))
+    return float(np.mean([history[-1] for history in histories])) / max(abs(half), 1e-9) - 1.0

@@ -13,14 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.envs.agents.base import Vector
+from testbed.envs.agents.base import Readings, Vector
 from testbed.envs.agents.drill_hole import action_of
-from testbed.envs.agents.keep import DIAGONAL, STEP_S, Secure
+from testbed.envs.agents.keep import STEP_S, Secure
 
 Array = NDArray[np.float64]
 POPULATION, KEPT = 8, 2
 """Plans drawn a round, and how many of them the next round is drawn around."""
-FRONT = np.array([1.0, 1.0, -1.0, -1.0])
+SHIFT_S = (0.0, 0.1, 0.2, 0.4)
+"""Times after a loss between which a plan's shift moves steadily."""
 LEAST_SPREAD = 0.1
 """A spread never falls below this share of the first one."""
 
@@ -68,29 +69,41 @@ def search(
 
 
 class KeepPlan(Secure):
-    """Six numbers: pull of the left and right rope before a loss, as shares of half the slope's
-    pull, and of the rope that is left after it, of the whole; how much more of the load fl and rr
-    are to carry; how far the front is raised, mm; time in which a lack of pull is made up for, s.
+    """Eight numbers: pull of both ropes before a loss over the slope's, alike, as nobody can know
+    which one will part; then pull of what is left over the slope's, time in which a lack of pull is
+    made up for, s; how far the diagonal towards the lost rope and the front are raised, mm; how far
+    the body has gone down the slope at the last three of SHIFT_S, mm.
     """
 
     def __init__(self, plan: Array) -> None:
-        super().__init__()
-        self._before, self._alone, self._uneven, self._front_mm, lag_s = plan[:2], *plan[2:]
-        self._lifted_mm = 0.0
-        self.reaction_s = max(float(lag_s), STEP_S)
+        self._before, self._alone, lag_s, *rest = (float(number) for number in plan)
+        super().__init__(reaction_s=max(lag_s, STEP_S))
+        self._raise_m = 1e-3 * np.array(rest[:2])
+        self._down_m = 1e-3 * np.array([0.0, *rest[2:]])
+        self._side, self._since_s = 0.0, 0.0
 
     def _ready(self, tension: Array) -> Array:
-        del tension
-        return np.asarray(0.5 * self._before * self._slope_n)
+        return np.full(len(tension), 0.5 * self._before * self._slope_n)
 
     def _left(self) -> float:
-        return float(self._alone) * self._slope_n
+        return self._alone * self._slope_n
 
-    def _raised(self, loads: Array) -> Array:
-        step_mm = float(np.clip(self._front_mm - self._lifted_mm, -1.0, 1.0))
-        self._lifted_mm += step_mm
-        shifted = loads - 0.25 * self._uneven * loads.sum() * DIAGONAL
-        return super()._raised(shifted) + 0.5 * step_mm * FRONT
+    def _raised_m_s(self, seen: Readings, holds: NDArray[np.bool_]) -> tuple[float, float]:
+        now = np.array([seen["orders.diagonal"], seen["orders.front"]])
+        if holds.all() and self._stood_m is None:
+            return super()._raised_m_s(seen, holds)
+        if self._stood_m is None:
+            self._stood_m, self._side = now, 1.0 if holds[1] else -1.0
+        wanted = self._stood_m + self._raise_m * np.array([self._side, 1.0])
+        diagonal, front = ((wanted - now) / STEP_S).tolist()
+        return diagonal, front
+
+    def _shifted_m_s(self, seen: Readings, pull: Array) -> float:
+        if self._stood_m is None:
+            return 0.0
+        self._since_s += STEP_S
+        wanted = -float(np.interp(self._since_s, SHIFT_S, self._down_m))
+        return (wanted - seen["orders.shift"]) / STEP_S
 
 
 class HolePlan:

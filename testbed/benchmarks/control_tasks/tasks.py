@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.control_tasks.oracle import HolePlan, KeepPlan
+from testbed.envs import named
 from testbed.envs.agents.base import Agent, Constant, Trained
 from testbed.envs.agents.drill_hole import Adaptive, Drill, Reserve, action_of
-from testbed.envs.agents.keep import Hauling, Secure
+from testbed.envs.agents.keep import Hauling, Secure, Yielding
 from testbed.envs.drill_hole import HANDBOOK
 from testbed.envs.policies import read_policy
 from testbed.errors import InputError
@@ -59,6 +60,10 @@ class Task:
     rules: tuple[str, ...]
     """Entrants that are tuned rules: headroom is the oracle's mean less the best of theirs."""
     plans: Plans
+    randomisation: str | None = None
+    """Set that the cases are drawn from; None: the environment's own."""
+    solved_by: str = ""
+    """Entrant whose held cases leave the task: there is nothing to win in them."""
 
 
 def _keep_plan(env: Any, plan: Array) -> Agent:
@@ -77,22 +82,25 @@ TASKS: dict[str, Task] = {
         "Roboclimber/Keep-v0",
         "s held",
         {
-            "nothing": Entrant(lambda env: Constant([0.0] * 6)),
-            "quadratic program": Entrant(lambda env: Constant([0.0] * 6), QP),
+            "nothing": Entrant(lambda env: Constant([0.0] * 5)),
+            "leaning on the limits": Entrant(lambda env: Constant([1.0, 1.0, 0.0, 0.0, -1.0])),
+            "quadratic program": Entrant(lambda env: Constant([0.0] * 5), QP),
             "hauling rule": Entrant(lambda env: Hauling()),
             "secure pull": Entrant(lambda env: Secure()),
+            "yielding legs": Entrant(lambda env: Yielding()),
         },
-        ("hauling rule",),
+        ("hauling rule", "secure pull"),
         Plans(
             _keep_plan,
             (
-                (1.2, 1.2, 1.0, 0.0, 0.0, 0.3),
-                (1.1, 1.1, 1.0, 0.0, 0.0, 0.3),
-                (1.3, 1.3, 1.0, 0.0, 0.0, 0.1),
-                (1.0, 1.0, 1.1, 0.0, 0.0, 0.1),
+                (1.25, 1.0, 0.05, 3.0, 2.0, 20.0, 30.0, 30.0),
+                (1.2, 1.0, 0.05, 1.5, 2.0, 20.0, 40.0, 50.0),
+                (1.15, 1.0, 0.05, 6.0, 4.0, 20.0, 30.0, 30.0),
+                (1.3, 1.0, 0.05, 3.0, 2.0, 10.0, 15.0, 15.0),
             ),
-            (0.1, 0.1, 0.1, 0.2, 1.5, 0.1),
+            (0.07, 0.15, 0.05, 3.0, 3.0, 8.0, 12.0, 15.0),
         ),
+        solved_by="hauling rule",
     ),
     "drill-hole": Task(
         "Roboclimber/DrillHole-v0",
@@ -112,10 +120,14 @@ TASKS: dict[str, Task] = {
     ),
 }
 
+TASKS["keep-undeclared"] = replace(TASKS["keep"], randomisation="keep_undeclared")
+"""The same cases, each with an effect of the world that the model lacks."""
+
 
 def trained(policy: Path, task: str) -> Entrant:
     """A policy of `testbed train` as an entrant. Raises InputError for one of another task."""
     name, network = read_policy(policy)
-    if name != task:
+    wanted = named(TASKS[task].environment)
+    if named(name) != wanted:
         raise InputError("is of another task", file=policy, field="task", value=name, allowed=task)
     return Entrant(lambda env: Trained(network))

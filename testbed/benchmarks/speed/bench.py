@@ -31,7 +31,7 @@ def bench(rounds: int = ROUNDS, steps: int = STEPS) -> dict[str, Any]:
     """All figures; times in microseconds per 1 ms step (medians over rounds), ratios are medians of
     paired ratios.
     """
-    from testbed.benchmarks.speed.environments import against_bare
+    from testbed.benchmarks.speed.environments import against_bare, resets
     from testbed.benchmarks.speed.parts import fresh_process
 
     flat = _drilling(())
@@ -58,6 +58,7 @@ def bench(rounds: int = ROUNDS, steps: int = STEPS) -> dict[str, Any]:
     out["kernel_vs_lsoda"] = kernel_vs_lsoda()
     env = against_bare(rounds=3, steps=30)
     out["env_steps_per_s"], out["env_ratio"] = env["env_steps_per_s"], env["ratio"]
+    out |= {f"env_reset_{key}": value for key, value in resets().items()}
     return out | fresh_process()
 
 

@@ -1,5 +1,5 @@
-"""How fast the environments step: against the bare engine at the same rate, and two processes
-against one.
+"""How fast the environments step, against the bare engine at the same rate and two processes
+against one, and how fast they begin anew.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 from testbed.benchmarks.speed.bench import bare_engine
 
 DRILL = "Roboclimber/Drill-v0"
+KEEP = "Roboclimber/Keep-v0"
 STEP_MS = 20
 
 
@@ -75,3 +76,25 @@ def two_workers(rounds: int = 7, steps: int = 50, name: str = DRILL) -> dict[str
         vector.close()
     one, two = (statistics.median(rates[workers]) for workers in (1, 2))
     return {"one_steps_per_s": one, "two_steps_per_s": two, "gain": two / one}
+
+
+def resets(draws: int = 9, again: int = 15, name: str = KEEP) -> dict[str, float]:
+    """Processor time of a reset, s, medians: `draw_s` with a new drawn machine, `same_machine_s`
+    back at the beginning with other noise.
+    """
+    from testbed import envs
+
+    env = envs.make(name)
+    env.reset(seed=0)
+    found: dict[str, list[float]] = {"draw_s": [], "same_machine_s": []}
+    for times, count, options in (
+        (found["draw_s"], draws, {}),
+        (found["same_machine_s"], again, {"same_machine": True}),
+    ):
+        for _ in range(count):
+            start = time.thread_time()
+            env.reset(options=options)
+            times.append(time.thread_time() - start)
+            env.step(np.zeros(env.action_space.shape or (), dtype=np.float32))
+    env.close()
+    return {key: statistics.median(times) for key, times in found.items()}

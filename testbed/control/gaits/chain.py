@@ -134,7 +134,7 @@ def legs_of_walk(task: Any) -> list[Any]:
     """
     if not isinstance(task, Crawl) or not task.waypoints_m:
         return [task]
-    short = 0.25 if task.gait == "two_phase" else 0.125
+    short = 0.125 if task.gait == "wave" else 0.25
     legs, place, start_s = [], np.zeros(2), task.start_s
     for waypoint in np.array(task.waypoints_m):
         ahead = waypoint - place

@@ -204,7 +204,7 @@ def _errors(balances: Balances, chosen: Hypothesis, key: str) -> dict[str, float
     group = balances.raw[key]
     kept = group.time_s >= _until(group)
     refit, after = group.unpredicted(_until(group), _scaled(balances, chosen.names))
-    before = float(np.sqrt(np.mean(group.missing[kept] ** 2)))
+    before = group.size(group.missing[kept], kept)
     return {"before": before, "refit": refit, "after": after}
 
 

@@ -64,6 +64,19 @@ class RawGroup:
     """(rows, k) columns of what a sound machine may differ by, each one standard deviation."""
     rows_of: Callable[[Change], Array]
     """A column of the group: what a change of the believed machine does to its rows."""
+    unknown: tuple[npt.NDArray[np.intp], ...] = ()
+    """Labels (rows,) each: rows of one label have a number in common that nobody can know; what is
+    told of the group's errors is without it.
+    """
+
+    def size(self, missing: Array, rows: npt.NDArray[np.bool_]) -> float:
+        """RMS of what those of its rows miss, beside what nobody can know."""
+        rest = missing.copy()
+        for _ in range(ROUNDS if self.unknown else 0):
+            for labels in self.unknown:
+                _, at = np.unique(labels[rows], return_inverse=True)
+                rest -= (np.bincount(at, rest) / np.bincount(at))[at]
+        return float(np.sqrt(np.mean(rest**2)))
 
     def whitened(self, candidates: Mapping[str, Signature]) -> Whitened:
         """Divided by its noise; candidates that it does not show are left out."""
@@ -113,8 +126,10 @@ class RawGroup:
             inside = self.noise[np.ix_(learnt, learnt)] + wide[learnt] @ wide[learnt].T
             weights = wide[learnt].T @ np.linalg.solve(inside, self.missing[learnt])
             rest = self.missing[~learnt] - wide[~learnt] @ weights
-            out.append(float(np.sqrt(np.mean(rest**2))))
+            out.append(self.size(rest, ~learnt))
         return out[0], out[1]
 
 
+ROUNDS = 30
+"""Means of overlapping labels are taken out in turns, so many times."""
 FREE = 1.0

@@ -18,7 +18,7 @@ from testbed.diagnosis.robot.bins import Bins
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.tolerances import standard_deviation
 from testbed.effects.signature import Change
-from testbed.machine.names import AXES
+from testbed.machine.names import AXES, LEGS
 
 Array = npt.NDArray[np.float64]
 ALL_ALONG = 0.99
@@ -65,7 +65,14 @@ def group_of(balance: BodyBalance, bins: Bins) -> RawGroup:
         noise=_noise(standing, balance),
         tolerated=_tolerated(standing, balance),
         rows_of=lambda change: rows_of(standing, balance, change),
+        unknown=_unknown(standing),
     )
+
+
+def _unknown(s: Standing) -> tuple[npt.NDArray[np.intp], ...]:
+    """Nobody knows where a foot was set down, nor where the body is in a bin."""
+    place = np.ravel_multi_index((s.legs, s.phase, s.axes), (len(LEGS), int(s.phase.max()) + 1, 3))
+    return np.asarray(place), np.asarray(3 * s.bins + s.axes)
 
 
 def standing_of(balance: BodyBalance, bins: Bins) -> Standing:

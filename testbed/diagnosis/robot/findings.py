@@ -8,14 +8,14 @@ from typing import Any
 
 from testbed.diagnosis.leg.findings import FORMAT, LEAST_PROBABILITY
 from testbed.diagnosis.robot.diagnose import RobotDiagnosis
-from testbed.diagnosis.robot.groups import FORCES
+from testbed.diagnosis.robot.groups import FORCES, LINE
 from testbed.diagnosis.robot.parameters import Found
 from testbed.effects import by_name, kind_of, place_of
 from testbed.formats.files import make_folder, write_json
 from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_robot_model
 
 QUANTITIES = {FORCES: "force_n", "feet": "foot_place_m", "supply": "supply_pa"}
-"""Group -> how its error is called; the oil's are `flow_m3_s`."""
+"""Group -> how its error is called; the oil's are `flow_m3_s`, the lines' `force_n`."""
 
 
 def as_json(d: RobotDiagnosis) -> dict[str, Any]:
@@ -33,8 +33,7 @@ def as_json(d: RobotDiagnosis) -> dict[str, Any]:
         "error": {
             "force_n": d.errors[FORCES],
             "by_recording": {
-                group: {QUANTITIES.get(group, "flow_m3_s"): dict(row)}
-                for group, row in d.errors.items()
+                group: {_quantity(group): dict(row)} for group, row in d.errors.items()
             },
         },
         "left_out": [
@@ -43,6 +42,11 @@ def as_json(d: RobotDiagnosis) -> dict[str, Any]:
         ],
         **({"resembles": d.resembles} if d.resembles else {}),
     }
+
+
+def _quantity(group: str) -> str:
+    of_oil = "force_n" if group.startswith(LINE) else "flow_m3_s"
+    return QUANTITIES.get(group, of_oil)
 
 
 def _effect(d: RobotDiagnosis, found: Found) -> dict[str, Any]:

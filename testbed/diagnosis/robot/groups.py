@@ -25,7 +25,7 @@ from testbed.machine.names import AXES
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
-FORCES = "forces"
+FORCES, LINE = "forces", "line"
 MOST_NUMBERS = 4
 """An effect with more numbers has a course in time."""
 
@@ -98,7 +98,7 @@ def balances_of(
     }
     for i, axis in enumerate(machine.axes.values()):
         raw[f"oil {AXES[i]}"] = oil.group_of(oils[i], i, axis, bins.time_s)
-        raw[f"line {AXES[i]}"] = lines[i].group(i)
+        raw[f"{LINE} {AXES[i]}"] = lines[i].group(i)
     found = {c.name: c for c in _candidates(body)}
     raw = {key: _without(group, granted, found) for key, group in raw.items()}
     signatures = {name: candidate.signature for name, candidate in found.items()}

@@ -1,11 +1,17 @@
 """Agents that keep a stance: one hauls what still holds, one also stands ready for a rope that may
-part.
+part, one gives way with its legs.
 
-Both know from the foot loads what the slope pulls down: W = N tan(slope), N the sum of the foot
+All know from the foot loads what the slope pulls down: W = N tan(slope), N the sum of the foot
 loads in the first step. With both ropes pulling c W the feet have (c - 1) W to hold up the slope;
 in the moment in which one of them parts, (1 - c / 2) W down the slope. The secure pull makes the
 larger of the two as small as can be, c = 4/3, and leaves the feet a part of the least friction that
 has to be reckoned with.
+
+What is then lacking the rope that is left takes over as it is stretched, by some centimetres in a
+quarter of a second; hauling at 60 mm/s is too slow for that. The feet slide those centimetres,
+unless the body goes them over feet that stay: the yielding agent predicts, decision by decision,
+from the rope's stiffness, its tension and the loads, how far the body has to go until the feet can
+hold the rest, and lets the legs go so far.
 """
 
 from __future__ import annotations
@@ -13,34 +19,36 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.control.layers.shift import SHIFT_SPEED_M_S
 from testbed.envs.agents.base import Readings, Vector
-from testbed.envs.keep import HAUL_M_S
+from testbed.envs.keep import DIAGONAL, HAUL_M_S, RAISE_M_S
 from testbed.envs.observations import KEEP_TABLE
 from testbed.machine.names import LEGS, SIDES
 
 Array = NDArray[np.float64]
+STEP_S = 0.05
 ROPE_N_M = 2.5e5
 """Stiffness that a rope of some thirty metres is hauled with (D: 327 kN/m at 30 m, less what the
 feet give).
 """
-STEP_S = 0.1
 SLACK_SHARE = 0.25
 """A rope with less than this share of its first tension holds no more."""
 MOST_N = 3.0e4
 """Highest pull that is asked for: a little less than a traction device's rating."""
-
-
-DIAGONAL = np.array([1.0, -1.0, -1.0, 1.0])
-EVEN_SHARE, EVENING = 0.1, 0.3
-"""Share of the load by which one diagonal may carry more than the other, and how fast the rest is
-evened out (E).
-"""
-LEAST_FRICTION, USED_SHARE = 0.3, 0.7
+EVEN_SHARE = 0.03
+"""Share of the load by which one diagonal may carry more than the other."""
+EVENING_M_S = 0.012
+"""How fast the rest is evened out, for all of the load on one diagonal."""
+LEAST_FRICTION, USED_SHARE = 0.3, 0.83
 """Friction that has to be reckoned with on wet rock (D), and the share of it that may be used up
 the slope (E).
 """
-REACTION_S = 0.3
-"""Time in which a lack of pull is to be made up for (E)."""
+REACTION_S = 0.05
+"""Time in which a lack of pull is made up for."""
+RAISED_M = np.array([3.0e-3, 2.0e-3])
+"""How far the diagonal of the lost rope's front foot and the front are raised after a loss."""
+RELIED_ON = 0.08
+"""Friction that feet which have just given way are relied on for."""
 
 
 def secure_share(slope: float, least_friction: float) -> float:
@@ -53,12 +61,11 @@ class Hauling:
     slipped.
     """
 
-    reaction_s = REACTION_S
-    """Time in which a lack of pull is made up for."""
-
-    def __init__(self) -> None:
+    def __init__(self, reaction_s: float = REACTION_S) -> None:
+        self.reaction_s = reaction_s
+        """Time in which a lack of pull is made up for."""
         self._first: Array | None = None
-        self._slope = self._slope_n = 0.0
+        self._slope = self._weight_n = self._slope_n = 0.0
 
     def act(self, observation: Vector) -> Vector:
         """See Agent."""
@@ -67,29 +74,40 @@ class Hauling:
         if self._first is None:
             self._first = tension
             self._slope = float(np.tan(-seen["attitude_pitch"]))
-            self._slope_n = float(seen.each("estimate_own", LEGS).sum()) * self._slope
+            self._weight_n = float(seen.each("estimate_own", LEGS).sum())
+            self._slope_n = self._weight_n * self._slope
         latest = self._first + seen.each("control.pull_change", SIDES)
         holds = latest > SLACK_SHARE * self._first
-        wanted = self._ready(latest) if holds.all() else np.where(holds, self._slope_n, self._first)
+        whole = bool(holds.all())
+        wanted = self._ready(latest) if whole else np.where(holds, self._left(), self._first)
         lacking = np.minimum(wanted, MOST_N) - latest
-        action = np.zeros(len(SIDES) + len(LEGS), dtype=np.float32)
-        action[: len(SIDES)] = lacking / ROPE_N_M / self.reaction_s / HAUL_M_S
-        action[len(SIDES) :] = self._raised(seen.each("estimate_own", LEGS))
-        return np.clip(action, -1.0, 1.0)
+        if not whole:
+            lacking = np.maximum(lacking, 0.0)  # what is left of the ropes is never given away
+        speeds = lacking / ROPE_N_M / self.reaction_s / HAUL_M_S
+        raised = np.asarray(self._raised_m_s(seen, holds)) / RAISE_M_S
+        shifted = self._shifted_m_s(seen, np.where(holds, latest, 0.0)) / SHIFT_SPEED_M_S
+        action = np.clip([*speeds, *raised, shifted], -1.0, 1.0)
+        return np.asarray(action, dtype=np.float32)
 
     def _left(self) -> float:
         """Pull that is wanted of a rope that is left alone, N: all of the slope's."""
         return self._slope_n
 
-    def _raised(self, loads: Array) -> Array:
-        """Increments of the vertical set points (4) as actions, from the feet's loads (4), N:
-        none.
-        """
-        return np.zeros(len(loads))
-
     def _ready(self, tension: Array) -> Array:
         """Pulls (2) that are wanted while both ropes hold, N: those that they have."""
         return tension
+
+    def _raised_m_s(self, seen: Readings, holds: NDArray[np.bool_]) -> tuple[float, float]:
+        """Speeds at which the diagonal and the front are raised, m/s, from the readings and which
+        ropes hold: none.
+        """
+        del seen, holds
+        return 0.0, 0.0
+
+    def _shifted_m_s(self, seen: Readings, pull: Array) -> float:
+        """Speed of the body up the slope, m/s, from the readings and the pulls (2), N: none."""
+        del seen, pull
+        return 0.0
 
 
 class Secure(Hauling):
@@ -97,20 +115,56 @@ class Secure(Hauling):
     module's docstring.
     """
 
-    def __init__(self, least_friction: float = LEAST_FRICTION) -> None:
-        super().__init__()
+    def __init__(
+        self, least_friction: float = LEAST_FRICTION, reaction_s: float = REACTION_S
+    ) -> None:
+        super().__init__(reaction_s)
         self._least_friction = least_friction
+        self._stood_m: Array | None = None
+        """How far diagonal and front were raised at the loss."""
 
     def _ready(self, tension: Array) -> Array:
         del tension
         share = secure_share(self._slope, self._least_friction)
         return np.full(len(SIDES), 0.5 * share * self._slope_n)
 
-    def _raised(self, loads: Array) -> Array:
-        """Both diagonals are to carry alike: only then do all four feet hold against a turn on one
-        rope.
+    def _raised_m_s(self, seen: Readings, holds: NDArray[np.bool_]) -> tuple[float, float]:
+        """Both diagonals are to carry alike while both ropes hold: only then do all four feet hold
+        against a turn on one rope. After a loss the feet that hold best against the turn are given
+        more to carry.
         """
+        now = np.array([seen["orders.diagonal"], seen["orders.front"]])
+        if not holds.all():
+            if self._stood_m is None:
+                self._stood_m = now
+            side = np.array([1.0 if holds[1] else -1.0, 1.0])
+            diagonal, front = ((self._stood_m + side * RAISED_M - now) / STEP_S).tolist()
+            return diagonal, front
+        loads = seen.each("estimate_own", LEGS)
         uneven = float(DIAGONAL @ loads) / max(float(loads.sum()), 1.0)
-        if abs(uneven) < EVEN_SHARE:
-            return np.zeros(len(loads))
-        return np.asarray(-EVENING * uneven * DIAGONAL)
+        return (0.0 if abs(uneven) < EVEN_SHARE else -EVENING_M_S * uneven), 0.0
+
+
+class Yielding(Secure):
+    """The same, and gives way with its legs as far as the rope that is left has still to be
+    stretched; see the module's docstring.
+    """
+
+    def __init__(
+        self,
+        least_friction: float = LEAST_FRICTION,
+        reaction_s: float = REACTION_S,
+        relied_on: float = RELIED_ON,
+    ) -> None:
+        super().__init__(least_friction, reaction_s)
+        self._relied_on = relied_on
+
+    def _shifted_m_s(self, seen: Readings, pull: Array) -> float:
+        """As far as is predicted, within this decision."""
+        del seen
+        if pull.all():
+            return 0.0
+        holding = int(np.count_nonzero(pull))
+        stiffness = ROPE_N_M * max(holding, 1)
+        lacking = self._slope_n - self._relied_on * self._weight_n - float(pull.sum())
+        return -max(lacking, 0.0) / stiffness / STEP_S

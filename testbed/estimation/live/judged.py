@@ -31,6 +31,7 @@ class Judge:
         self._limits = limits_of(self._detector, field)
         self._dt_s, self._watch = float(belief["dt"][0]), Watch(belief)
         self._states = ContactState.zeros(len(LEGS))
+        self._states["contact"] = 1.0  # no foot is lost before anything was seen of it
         start(self._detector, self._dt_s)
 
     def judge(self, rows: NDArray[Any]) -> None:

@@ -9,9 +9,17 @@ import pytest
 
 from testbed.benchmarks.control_tasks.benchmark import ORACLE, ControlTasks, summary
 from testbed.benchmarks.control_tasks.oracle import search
+from testbed.control.layers.shift import SHIFT_SPEED_M_S
 from testbed.control.observed import Observed
 from testbed.envs.agents.drill_hole import Adaptive, Drill, Reserve
-from testbed.envs.agents.keep import Hauling, Secure, secure_share
+from testbed.envs.agents.keep import (
+    ROPE_N_M,
+    STEP_S,
+    Hauling,
+    Secure,
+    Yielding,
+    secure_share,
+)
 from testbed.envs.drill_hole import FEED_N, FEED_RANGE_N
 from testbed.envs.observations import HOLE_TABLE, KEEP_TABLE
 from testbed.errors import InputError
@@ -111,7 +119,25 @@ def test_the_secure_agent_pulls_before_anything_happens() -> None:
     assert not action[2:].any()
     heavy = loads | {"estimate_own_fl": 1.2e4, "estimate_own_rr": 1.2e4}
     evened = Secure().act(told(KEEP_TABLE, **heavy, **still, **whole))[2:]
-    assert evened[0] == evened[3] < 0.0 < evened[1] == evened[2]
+    assert evened[0] < 0.0 and not evened[1:].any()
+
+
+def test_the_yielding_agent_goes_down_as_far_as_the_rope_has_to_stretch() -> None:
+    """28 kN on 45 degrees, 13 kN in the rope that is left: what is lacking over its stiffness,
+    within a step; nothing while both hold, nothing where the rope bears all.
+    """
+    loads = {f"estimate_own_{leg}": 7000.0 for leg in ("fl", "fr", "rl", "rr")}
+    still = {"rope_tension_left": 1.3e4, "rope_tension_right": 1.3e4, "attitude_pitch": -np.pi / 4}
+    shifts = {}
+    for right in (0.0, 1.1e4, 1.4e4):
+        agent = Yielding(relied_on=0.1)
+        whole = {f"control.pull_change_{side}": 0.0 for side in ("left", "right")}
+        assert agent.act(told(KEEP_TABLE, **loads, **still, **whole))[4] == 0.0
+        cut = {"control.pull_change_left": -1.3e4, "control.pull_change_right": right}
+        shifts[right] = float(agent.act(told(KEEP_TABLE, **loads, **still, **cut))[4])
+    lacking = 2.8e4 - 0.1 * 2.8e4 - 2.4e4
+    assert shifts[1.1e4] == pytest.approx(-lacking / ROPE_N_M / STEP_S / SHIFT_SPEED_M_S, rel=0.02)
+    assert shifts[0.0] == -1.0 and shifts[1.4e4] == 0.0
 
 
 def test_the_search_climbs_a_hill_and_never_forgets_its_best() -> None:
@@ -128,9 +154,15 @@ def test_headroom_and_what_is_closed_of_it_by_hand() -> None:
     """Rule 2, oracle 4 (and 3 where an entrant did better): means 2 and 3.5, headroom 75 %; 3
     closes two thirds.
     """
-    scores = {"hauling rule": (2.0, 2.0), "other": (3.0, 3.0), ORACLE: (4.0, 2.5)}
+    scores = {
+        "hauling rule": (2.0, 2.0),
+        "secure pull": (1.0, 1.0),
+        "other": (3.0, 3.0),
+        ORACLE: (4.0, 2.5),
+    }
+    end = {"verdict": "stood", "held": False, "caught_s": 0.5, "history": (3.0, 3.25)}
     answers = [
-        {"task": "keep", "entrant": name, "seed": k, "score": value, "verdict": "stood"}
+        {"task": "keep", "entrant": name, "seed": k, "score": value, **end}
         for name, values in scores.items()
         for k, value in enumerate(values)
     ]
@@ -138,6 +170,11 @@ def test_headroom_and_what_is_closed_of_it_by_hand() -> None:
     assert found["headroom"] == pytest.approx(0.75) and found["beaten"] == 0.5
     assert found["entrants"]["other"]["closed"] == pytest.approx(2.0 / 3.0)
     assert found["entrants"][ORACLE]["closed"] == pytest.approx(1.0)
+    assert found["doubling"] == pytest.approx(3.25 / 3.0 - 1.0) and found["left"] == 0
+    held = [answer | {"held": answer["seed"] == 1} for answer in answers]
+    fewer = summary("keep", held)
+    assert (fewer["cases"], fewer["left"]) == (1, 1)
+    assert fewer["entrants"]["other"]["closed"] == pytest.approx(0.5)
 
 
 def test_every_case_is_tried_by_every_entrant_and_the_budget_is_in_the_oracles_mark() -> None:

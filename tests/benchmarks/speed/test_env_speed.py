@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from testbed.benchmarks.speed.environments import against_bare
+from testbed.benchmarks.speed.environments import against_bare, resets
 
 
 @pytest.mark.slow
@@ -14,3 +14,9 @@ def test_an_environment_step_costs_no_more_than_twice_the_bare_engines_twenty() 
     assert found["ratio"] == pytest.approx(
         found["env_steps_per_s"] / found["bare_steps_per_s"], rel=0.5
     )
+
+
+@pytest.mark.slow
+def test_the_same_machine_begins_again_in_a_fifth_of_the_time_of_a_new_one() -> None:
+    found = resets(draws=2, again=5)
+    assert found["same_machine_s"] < 0.2 * found["draw_s"]

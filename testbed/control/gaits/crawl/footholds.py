@@ -24,10 +24,14 @@ from testbed.robot.model import RobotModel
 from testbed.robot.stability import wrench_margin_n
 
 Array = NDArray[np.float64]
-SWAYS_M = np.arange(0.0, 0.241, 0.03)
+SWAYS_M = np.arange(0.0, 0.241, 0.015)
 """Sideways shifts of the body that are tried, m."""
-WANTED_SHARE = 0.12
-"""A push of this share of the load normal to the slope is enough: larger shifts cost time (E)."""
+WANTED_SHARE = 0.085
+"""A push of this share of the load normal to the slope is enough, with the next: larger shifts cost
+time (E).
+"""
+WANTED_SHARE_OF_PULL = 0.03
+"""And of this share of the load along the slope: ropes that pull unequally push by as much (E)."""
 KEEP_OFF = np.tile([0.03, 0.01, 0.02], 4)
 """Distance kept from the ends of the joints, rad and m (E)."""
 TENSION_ERROR = 0.02
@@ -45,9 +49,11 @@ class Swings:
     footholds: list[tuple[int, Array]]
     """Each leg with its next place (3)."""
     further: Array
-    """(3) how far the middle goes next, with the shift to the other side, which all legs must reach
-    as well.
+    """(3) how far the middle goes until the next swings, with the shift to the other side, which
+    all legs must reach as well.
     """
+    creep: Array
+    """(3) how far the body goes on while these legs swing."""
     tensions: Array
     """(2) N."""
     ropes: Array
@@ -70,12 +76,17 @@ class Footholds:
         self._sways_m = scale.length * SWAYS_M
         self._keep_off = KEEP_OFF * np.tile([1.0, scale.length, scale.length], len(LEGS))
         self._gravity = np.array([0.0, 0.0, -GRAVITY_M_S2])
+        self.lightness = 1.0
+        """Share of the weight that the slope carries."""
         self._wanted_n = WANTED_SHARE * self.weight_n
 
     def stand_under(self, gravity_in_body: Array) -> None:
         """Gravity (3,) m/s2 in the path frame, as the inertial unit has it at the start."""
         self._gravity = gravity_in_body.copy()
-        self._wanted_n = -WANTED_SHARE * self._model.total_mass_kg * float(gravity_in_body[2])
+        self.lightness = -float(gravity_in_body[2]) / GRAVITY_M_S2
+        along, normal = float(np.hypot(*gravity_in_body[:2])), -float(gravity_in_body[2])
+        wanted = WANTED_SHARE * normal + WANTED_SHARE_OF_PULL * along
+        self._wanted_n = wanted * self._model.total_mass_kg
 
     def joints(self, feet: Array, body: Array) -> Array:
         """Joints (12) that put the feet (4, 3) there with the body at `body` (3), path frame."""
@@ -121,7 +132,7 @@ class Footholds:
 
     def body_goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:
         """Body position (3) from which the legs can swing one after the other, with the body at
-        `middle` (3) unshifted.
+        `middle` (3) unshifted when the first one does.
 
         Returns the position and its margin, N: the smallest shift whose margin is as wanted, else
         the largest margin. Raises InputError where no shift keeps all legs within their ranges.
@@ -148,14 +159,20 @@ class Footholds:
         return best
 
     def _margin(self, body: Array, end: Array, swings: Swings) -> float | None:
-        """Least margin over the swings, N; None where a joint would leave its range."""
+        """Least margin over the swings, N, with the body at `body` at their start; None where a
+        joint would leave its range.
+        """
         feet, least = swings.feet.copy(), np.inf
-        if not self.reaches(feet, body):
-            return None
+        each = swings.creep / len(swings.footholds)
         for leg, foothold in swings.footholds:
             standing = [index for index in range(len(LEGS)) if index != leg]
-            least = min(least, self.margin_n(feet, body, standing, swings.tensions, swings.ropes))
-            feet[leg] = foothold
+            then = body + each
+            if not self.reaches(feet, body):
+                return None
+            for place in (body, then) if each.any() else (body,):
+                margin = self.margin_n(feet, place, standing, swings.tensions, swings.ropes)
+                least = min(least, margin)
+            feet[leg], body = foothold, then
             if not self.reaches(feet, body):
                 return None
         return least if self.reaches(feet, end) else None

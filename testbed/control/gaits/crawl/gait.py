@@ -21,14 +21,14 @@ from testbed.control.gait import BelievedStart
 from testbed.control.gaits.crawl.footholds import Footholds
 from testbed.control.gaits.crawl.ground_search import GroundSearch
 from testbed.control.gaits.crawl.levelling import Levelling
-from testbed.control.gaits.crawl.pace import Pace, progress
-from testbed.control.gaits.crawl.phases import IN_THE_AIR, Doing, Phase
+from testbed.control.gaits.crawl.pace import Pace
+from testbed.control.gaits.crawl.phases import IN_THE_AIR, BodyWay, Doing, Phase
 from testbed.control.gaits.crawl.reach import explained
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.crawl.walk_plan import Stride, WalkPlan
 from testbed.control.measured import Measured
 from testbed.errors import InputError
-from testbed.machine.names import LEGS
+from testbed.machine.names import LEGS, ROTATION, VERTICAL
 from testbed.robot.model import attitude_gravity
 from testbed.scenario.tasks import Crawl
 
@@ -58,6 +58,11 @@ SUPPLY_LOW_SHARE = 5.5 / 9.0
 SUPPLY_FULL_SHARE = 7.0 / 9.0
 """The body moves at full speed above this share of it (E)."""
 
+LAG_FREE, LAG_MOST = 0.02, 0.06
+"""A swing slows down when its leg lags by the first of these, and waits for it at the second: m of
+radial joint, rad of a leg of about a metre (E).
+"""
+
 
 class CrawlGait:
     """Set points of a walk. A Gait."""
@@ -70,7 +75,7 @@ class CrawlGait:
         self._legs, self._footholds, self._ropes = start.legs, footholds, ropes
         self._ready_pa = start.robot.machine.power_unit.ready_pressure_pa
         self._feet = footholds.home.copy()
-        self._body = np.zeros(3)
+        self._body, self._joints = np.zeros(3), start.joints
         total = float(start.load_n.sum())
         offset = np.zeros(3)
         offset[:2] = start.load_n @ self._feet[:, :2] / total - self._feet[:, :2].mean(axis=0)
@@ -82,7 +87,8 @@ class CrawlGait:
         self._levelling: Levelling | None = None
         self._queue: list[Phase] = []
         self._phase: Phase | None = None
-        self._clock = 0.0
+        self._clock = self._way_clock = 0.0
+        self._way = BodyWay(self._body, self._body, 1.0)
         self._pace = pace
         self._wanted: Stride | None = None
         self.steps_done = 0
@@ -158,8 +164,9 @@ class CrawlGait:
             self._go(dt, measured, stance, levelling)
         seating = self._phase is not None and self._phase.doing is Doing.SEAT
         levelling.correct(self._feet, self._body, stance, measured, seating, dt)
+        self._joints = self._footholds.joints(self._feet, self._body)
         return Command(
-            joints=self._footholds.joints(self._feet, self._body),
+            joints=self._joints,
             rope_rates_m_s=self._ropes.rates_m_s(self._body, before, dt, measured.rope_tension),
             stance=stance,
         )
@@ -183,12 +190,11 @@ class CrawlGait:
         if phase is None:
             phase = self._phase = self._next_phase()
             levelling.stand_on(self._feet)
-        self._clock += dt * (self._readiness(measured) if phase.travels else 1.0)
+        self._clock += dt * (self._keeping_up(measured) if phase.doing is Doing.SWING else 1.0)
+        if self._way_clock < self._way.duration_s:
+            self._way_clock += dt * self._readiness(measured)
+            self._body = self._way.at(self._way_clock)
         share = self._clock / phase.duration_s
-        self._body = phase.body_from
-        if phase.travels:
-            way = progress(share)
-            self._body = np.array([start + (end - start) * way for start, end in phase.ends])
         if phase.doing in IN_THE_AIR:
             stance[phase.leg] = False
         if self._is_over(phase, share, dt, measured):
@@ -201,8 +207,14 @@ class CrawlGait:
             self.groups += 1
             self._returning = self.steps_done >= self.task.steps
         phase, self._clock = self._queue.pop(0), 0.0
+        if phase.way is not None:
+            self._way, self._way_clock = phase.way, 0.0
         if phase.swing is not None:
-            phase.swing = replace(phase.swing, start=self._feet[phase.leg].copy())
+            # Foot and body may not be quite where they were meant to be.
+            then = self._way.at(self._way_clock + phase.duration_s)
+            here = {"start": self._feet[phase.leg].copy(), "body_from": self._body}
+            phase.swing = self._plan.timed(replace(phase.swing, body_to=then, **here), self._feet)
+            phase.duration_s = phase.swing.duration_s
         return phase
 
     def _next_group(self) -> list[Phase]:
@@ -222,7 +234,16 @@ class CrawlGait:
         """0 to 1: how fast the body may move for the ropes' and the pump's sake."""
         share = measured.supply_pressure / self._ready_pa
         supply = (share - SUPPLY_LOW_SHARE) / (SUPPLY_FULL_SHARE - SUPPLY_LOW_SHARE)
-        return min(self._ropes.readiness(self._body, measured.rope_tension), max(supply, 0.0))
+        in_the_air = self._phase is not None and self._phase.doing in IN_THE_AIR
+        ropes = self._ropes.readiness(self._body, measured.rope_tension, in_the_air)
+        return min(ropes, max(supply, 0.0))
+
+    def _keeping_up(self, measured: Measured) -> float:
+        """0 to 1: how fast a swing may go on for its leg's sake."""
+        assert self._phase is not None
+        across = slice(ROTATION[self._phase.leg], VERTICAL[self._phase.leg])
+        lag = float(np.abs(self._joints[across] - measured.position[across]).max())
+        return min(max((LAG_MOST - lag) / (LAG_MOST - LAG_FREE), 0.0), 1.0)
 
     def _is_over(self, phase: Phase, share: float, dt: float, measured: Measured) -> bool:
         """Move the phase's foot by dt s; whether the phase has done what it is there for."""
@@ -236,7 +257,7 @@ class CrawlGait:
             return self._search(phase, dt, measured)
         if phase.doing is Doing.SEAT:
             return share >= 1.0 and self._seated(phase, share, load_n)
-        return share >= 1.0
+        return self._way_clock >= self._way.duration_s
 
     def _seated(self, phase: Phase, share: float, load_n: float) -> bool:
         """True where a seat is over: the foot carries, or is to search on, or has been given time
@@ -245,9 +266,7 @@ class CrawlGait:
         if load_n < SEATED_SHARE * self._ground.touch_n:
             lowest = self._ground.lowest_m(phase.old_m)
             if phase.tries < SEARCHES and self._feet[phase.leg, 2] > lowest:
-                self._queue[:0] = self._plan.search_phases(
-                    phase.leg, phase.body_to, phase.old_m, phase.tries + 1
-                )
+                self._queue[:0] = self._plan.search_phases(phase.leg, phase.old_m, phase.tries + 1)
                 self._ground.begin(load_n)
                 return True
             if share < LAST_SEAT:
@@ -260,7 +279,9 @@ class CrawlGait:
         assert phase.swing is not None
         leg, before = phase.leg, float(self._feet[phase.leg, 2])
         load_n = float(measured.load[leg])
-        self._feet[leg] = phase.swing.foot(self._clock, self._body)
+        left_s = phase.swing.duration_s - self._clock
+        then = self._way.at(self._way_clock + left_s)
+        self._feet[leg] = phase.swing.foot(self._clock, self._body, then)
         if share <= EARLY_TOUCH_SHARE:
             self._ground.begin(load_n)
         elif self._ground.met(load_n, 0.0, dt):

@@ -3,8 +3,11 @@
 Every metre of way takes oil: the traction devices haul it and go back for it, each leg's rotation
 or radial cylinder goes along with the body and back to its next foothold, each vertical cylinder
 goes up and down once a stride. With one leg in the air at a time a stride takes at least four
-swings. None of the bounds counts a wait, a search for the ground or a
-ramp: no gait of this machine is faster than the lowest of them.
+swings; a body that goes on meanwhile leaves each leg three quarters of the stride to make up for,
+and a foot may rise and come down on its way. A leg that turns uphill may carry the highest load of
+all, which leaves its valve the supply's margin. None of the bounds counts a wait, a search for the
+ground, a ramp, or the sway that takes the body away from the foot in the air: no gait of this
+machine is faster than the lowest of them.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.control.gaits.crawl.pace import margin_share
 from testbed.laws.traction import RESERVE_M
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
@@ -46,9 +50,10 @@ def speed_limits(
     unit, traction = machine.power_unit, machine.traction
     across, lift = _travel(machine)
     hauling = 2.0 * (traction.piston_area_m2 + traction.annulus_area_m2)
-    legs = len(LEGS) * 2.0 * float(across.volume.sum() + lift.volume.sum() * lift_m / stride_m)
+    legs = len(LEGS) * float(across.volume.sum() + lift.volume.sum() * lift_m / stride_m)
     lifting_n = mass_kg * GRAVITY_M_S2 * float(np.sin(np.radians(slope_deg)))
-    swing_s = stride_m * float(across.seconds.max()) + 2.0 * lift_m * float(lift.seconds.max())
+    own_m = (1.0 - 1.0 / len(LEGS)) * stride_m
+    swing_s = max(own_m * float(across.seconds.max()), 2.0 * lift_m * float(lift.seconds.max()))
     return Limits(
         pump_flow=unit.full_flow_m3_s / (hauling + legs),
         pump_power=unit.power_w / lifting_n if lifting_n > 0.0 else float("inf"),
@@ -62,9 +67,9 @@ class _Travel:
     """What a metre of a foot's way takes of its cylinders at the leg's neutral direction."""
 
     volume: Array
-    """Oil on the piston's side, m3 a metre."""
+    """Oil that a metre there and a metre back take, m3."""
     seconds: Array
-    """Least time at the valves' rated flow, s a metre."""
+    """Least time at the valves' flow, s a metre."""
 
 
 def _travel(machine: Machine) -> tuple[_Travel, _Travel]:
@@ -80,9 +85,12 @@ def _travel(machine: Machine) -> tuple[_Travel, _Travel]:
     arms = linkages.rods(linkages.limits.mean(axis=1))[1][:3]
     direction = legs.radial_direction_rad
     ways = arms * np.array([abs(np.sin(direction)) / reach_m, abs(np.cos(direction)), 1.0])
-    areas = np.array([np.pi / 4 * axis.cylinder.bore_m**2 for axis in (rotation, radial, vertical)])
-    flows = np.array([axis.rated_flow_m3_s for axis in (rotation, radial, vertical)])
-    volume, seconds = ways * areas, ways * areas / flows
+    axes = rotation, radial, vertical
+    areas = np.array([np.pi / 4 * axis.cylinder.bore_m**2 for axis in axes])
+    rods = np.array([np.pi / 4 * axis.cylinder.rod_m**2 for axis in axes])
+    flows = np.array([axis.rated_flow_m3_s for axis in axes])
+    flows[0] *= min(margin_share(machine.power_unit, rotation), 1.0)
+    volume, seconds = ways * (2.0 * areas - rods), ways * areas / flows
     return _Travel(volume[:2], seconds[:2]), _Travel(volume[2:], seconds[2:])
 
 

@@ -9,7 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.machine.model import Machine
+from testbed.machine.groups import PowerUnit
+from testbed.machine.model import Axis, Machine
+from testbed.machine.names import ROTATION
 
 Array = NDArray[np.float64]
 RAMP = 0.12
@@ -20,12 +22,12 @@ SWING_RAMP = 0.2
 """The same share for each part of a swing: a leg that sets off or stops too hard lifts the foot
 across from it.
 """
-LOADED_SHARE = 0.7
+LOADED_SHARE = 0.85
 """Share of a valve's flow at its rated drop that set points of a leg in stance may ask for (E): the
 rest is the loops' reserve."""
 FREE_SHARE = 0.95
 """The same for a leg in the air (E)."""
-PUMP_SHARE = 0.7
+PUMP_SHARE = 0.8
 """Share of the pump's full flow that set points may ask for (E)."""
 TRACTION_SHARE = 0.9
 """Share of a traction device's speed that the body's motion may ask for (E): the rest is for the
@@ -41,7 +43,16 @@ class Pace:
         axes = list(machine.axes.values())
         areas = np.array([np.pi / 4 * axis.cylinder.bore_m**2 for axis in axes])
         self._volume = areas * arms
+        rods = np.array([axis.cylinder.rod_m / axis.cylinder.bore_m for axis in axes])
+        self._back = 1.0 - rods**2
+        """(12) oil that a way back takes from the pump, by that of a way out."""
         self._rated = np.array([axis.rated_flow_m3_s for axis in axes])
+        self._free = FREE_SHARE * self._rated
+        """(12) m3/s that a leg in the air may ask for. One that turns uphill may carry the highest
+        load of all: its valve has no more than the supply's margin.
+        """
+        for axis in ROTATION:
+            self._free[axis] *= min(margin_share(machine.power_unit, axes[axis]), 1.0)
         self._pump = PUMP_SHARE * machine.power_unit.full_flow_m3_s
         self._traction_area = machine.traction.piston_area_m2
         self._traction_m_s = TRACTION_SHARE * machine.traction.speed_max_m_s
@@ -53,34 +64,47 @@ class Pace:
         """Least duration of a shift of the body, sampled evenly: joints (n, 12), rope lengths (n,
         2) to be kept, m.
         """
-        return PEAK * self._needed_s(joints, ropes_m, LOADED_SHARE)
+        return PEAK * self._needed_s(joints, ropes_m, LOADED_SHARE * self._rated)
 
     def swing_s(self, joints: Array) -> float:
         """Least duration of a leg's swing, sampled evenly in time: joints (n, 12)."""
-        return self._needed_s(joints, np.zeros((len(joints), 2)), FREE_SHARE)
+        return self._needed_s(joints, np.zeros((len(joints), 2)), self._free)
 
     def free_s(self, axis: int, change: float) -> float:
         """Least duration of a move by `change` (rad or m) of one joint of a leg in the air."""
         return (
             abs(change)
             / (1.0 - SWING_RAMP)
-            * float(self._volume[axis] / (FREE_SHARE * self._rated[axis]))
+            * float(self._volume[axis] / self._free[axis])
             / min(self.haste, 1.0)
         )
 
-    def _needed_s(self, joints: Array, ropes_m: Array, share: float) -> float:
+    def _needed_s(self, joints: Array, ropes_m: Array, flows: Array) -> float:
         count = len(joints) - 1
-        oil = np.abs(np.diff(joints, axis=0)) * self._volume * count
+        ways = np.diff(joints, axis=0)
+        oil = np.abs(ways) * self._volume * count
         rope = np.diff(ropes_m, axis=0) * count
         hauled = np.maximum(-rope, 0.0) * self._traction_area
-        pump = oil.sum(axis=1) + hauled.sum(axis=1)
+        pump = (oil * np.where(ways > 0.0, 1.0, self._back)).sum(axis=1) + hauled.sum(axis=1)
         haste, of_rope = self.haste, min(self.haste, 1.0 / TRACTION_SHARE)
         needs = (
-            oil / (haste * share * self._rated),
+            oil / (haste * flows),
             np.abs(rope) / (of_rope * self._traction_m_s),
             pump / (haste * self._pump),
         )
         return max(float(need.max()) for need in needs)
+
+
+def margin_share(unit: PowerUnit, axis: Axis) -> float:
+    """Share of its rated flow that a valve lets through against the highest load of all, in its
+    slower direction: what is left of a load-sensing supply for its edge is the margin. Other
+    supplies: 1.
+    """
+    if not unit.load_sensing:
+        return 1.0
+    valve, back = axis.valve, 1.0 - (axis.cylinder.rod_m / axis.cylinder.bore_m) ** 2
+    edge = min(valve.edge_pa, valve.edge_pb / back)
+    return edge * float(np.sqrt(unit.load_sensing_margin_pa / valve.rated_drop_per_edge_pa))
 
 
 def progress(share: float, ramp: float = RAMP) -> float:

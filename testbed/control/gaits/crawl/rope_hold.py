@@ -34,6 +34,10 @@ FIRM_SHARE = 1.12
 """Above this share the body slows down: the rope's device cannot pay out just then (E)."""
 TIGHT_SHARE = 1.30
 """Above this share the body waits (E)."""
+THREE_FEET = 0.4
+"""On three feet tensions may differ from what is wanted by so much of that alone (E): ropes that
+pull unequally tip the body towards the foot in the air.
+"""
 
 
 class Keeping(NamedTuple):
@@ -100,11 +104,12 @@ class RopeHold:
             rope_rates(ways, pull, body, before, dt, measured_n, by, out)
         return out
 
-    def readiness(self, body: Array, measured_n: Array) -> float:
+    def readiness(self, body: Array, measured_n: Array, three_feet: bool = False) -> float:
         """0 to 1: how fast the body may move for the ropes' sake."""
-        share: float = (
-            rope_readiness(self.ways_m, self.pull_n, body, measured_n) if self._any else 1.0
-        )
+        if not self._any:
+            return 1.0
+        part = THREE_FEET if three_feet else 1.0
+        share: float = rope_readiness(self.ways_m, self.pull_n, body, measured_n, part)
         return share
 
     def _wanted(self, body: Array) -> tuple[float, float]:
@@ -151,7 +156,7 @@ def wanted_at(ways: Any, pull: Any, body: Any) -> tuple[float, float]:
 
 
 @njit
-def rope_readiness(ways: Any, pull: Any, body: Any, measured_n: Any) -> float:
+def rope_readiness(ways: Any, pull: Any, body: Any, measured_n: Any, part: float) -> float:
     """See RopeHold.readiness."""
     least, most, wanted = np.inf, -np.inf, wanted_at(ways, pull, body)
     for index in range(2):
@@ -160,6 +165,7 @@ def rope_readiness(ways: Any, pull: Any, body: Any, measured_n: Any) -> float:
                 min(least, measured_n[index] / wanted[index]),
                 max(most, measured_n[index] / wanted[index]),
             )
+    least, most = 1.0 + (least - 1.0) / part, 1.0 + (most - 1.0) / part
     slack = (least - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
     tight = (TIGHT_SHARE - most) / (TIGHT_SHARE - FIRM_SHARE)
     return min(max(min(slack, tight), 0.0), 1.0)

@@ -55,11 +55,11 @@ class Swing:
         """The same way in the least time that the leg's own cylinders allow."""
         first, last = self._ends
         change = np.abs(last - first)
-        across, up = range(ROTATION[self.leg], VERTICAL[self.leg]), VERTICAL[self.leg]
+        *across, up = range(ROTATION[self.leg], VERTICAL[self.leg] + 1)
         return replace(
             self,
             rise_s=pace.free_s(up, self.high_m - self.start[2]),
-            over_s=max(pace.free_s(axis, change[axis]) for axis in across),
+            over_s=max(pace.free_s(axis, change[index]) for index, axis in enumerate(across)),
             lower_s=pace.free_s(up, self.high_m - self.end[2]),
         )
 
@@ -70,13 +70,18 @@ class Swing:
         )
         return replace(self, rise_s=rise, over_s=over, lower_s=lower)
 
-    def foot(self, t: float, body: Array) -> Array:
-        """(3) place t seconds after the start, the body at `body` (3), path frame."""
+    def foot(self, t: float, body: Array, body_then: Array | None = None) -> Array:
+        """(3) place t seconds after the start, the body at `body` (3), path frame.
+
+        body_then (3): where the body will be at the end, if not where it was meant to be.
+        """
         total = self.duration_s
         begin, end = CLEAR * self.rise_s, total - CLEAR * self.lower_s
         over = progress((t - begin) / (end - begin), SWING_RAMP)
-        joints = [first + over * (last - first) for first, last in self._own_ends]
-        x, y, _ = self.legs.leg_foot(self.leg, joints)
+        first, last = self._ends
+        if body_then is not None:
+            last = self._joints(self.end - body_then)
+        x, y, _ = self.legs.leg_foot(self.leg, (first + over * (last - first)).tolist())
         up = progress(t / self.rise_s, SWING_RAMP)
         down = progress((t - total + self.lower_s) / self.lower_s, SWING_RAMP)
         start, end = self._heights
@@ -89,18 +94,11 @@ class Swing:
         return float(self.start[2]), float(self.end[2])
 
     @cached_property
-    def _own_ends(self) -> list[tuple[float, float]]:
-        """Start and end of this leg's own three joints."""
-        own = slice(ROTATION[self.leg], VERTICAL[self.leg] + 1)
-        first, last = self._ends
-        return list(zip(first[own].tolist(), last[own].tolist(), strict=True))
-
-    @cached_property
     def _ends(self) -> tuple[Array, Array]:
-        """(12) joints at the start and at the end, of which this leg's rotation and radial joint
-        count.
-        """
-        return (
-            self.legs.joints(np.tile(self.start - self.body_from, (4, 1))),
-            self.legs.joints(np.tile(self.end - self.body_to, (4, 1))),
-        )
+        """(3) joints of this leg at the start and at the end."""
+        return self._joints(self.start - self.body_from), self._joints(self.end - self.body_to)
+
+    def _joints(self, foot: Array) -> Array:
+        """(3) joints of this leg with its foot at `foot` (3), body frame."""
+        own = slice(ROTATION[self.leg], VERTICAL[self.leg] + 1)
+        return np.asarray(self.legs.joints(np.tile(foot, (4, 1)))[own])

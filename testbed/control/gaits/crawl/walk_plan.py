@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from testbed.control.gaits.crawl.footholds import Footholds, Swings
 from testbed.control.gaits.crawl.ground_search import GroundSearch
 from testbed.control.gaits.crawl.pace import Pace, progress
-from testbed.control.gaits.crawl.phases import Doing, Phase
+from testbed.control.gaits.crawl.phases import BodyWay, Doing, Phase
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.crawl.swing import Swing
 from testbed.errors import InputError
@@ -28,6 +28,16 @@ SHORTEST_SHIFT_S = 0.3
 """No shift of the body is quicker (E)."""
 SHORTEST_SWING_S = 0.5
 """No swing is quicker (E)."""
+CREEP = {"two_phase": 0.0, "wave": 0.5, "flowing": 0.6}
+"""Share of its way that the body makes while legs swing, by gait (E)."""
+STEEP, GENTLE = 0.3, 0.6
+"""Feet that carry less than the first share of the weight leave a flowing body too little margin,
+and it rests while legs swing; from the second on it flows in full (E).
+"""
+CREEP_EASE = 1.2
+"""The body takes so many times its least time for that: the rest of valves, pump and ropes is the
+swings' (E).
+"""
 WAY_SAMPLES = 20
 """A way is sampled at so many points to find what it asks of valves, pump and ropes."""
 OVER_THE_LOAD = (1.0, 0.75, 0.5, 0.25, 0.0)
@@ -70,8 +80,10 @@ class WalkPlan:
         heading = np.radians(task.heading_deg)
         self.ahead = np.array([np.cos(heading), np.sin(heading), 0.0])
         """(3) unit vector of the direction of travel."""
-        self._group_size = 2 if task.gait == "two_phase" else 1
-        self._behind_m = 0.0
+        self._group_size = 1 if task.gait == "wave" else 2
+        self._behind_m = self._reached_m = 0.0
+        """How far the body is behind its plan, and how far along its way the last group brings it.
+        """
         self.stride = Stride(task.step_length_m, task.swing_height_m)
         """What the next group of swings is to be."""
         self._way_before, self._steps_before = 0.0, 0
@@ -92,8 +104,10 @@ class WalkPlan:
                 if phase.swing is not None:
                     feet[phase.leg, :2] = phase.swing.end[:2]
                     steps_done += 1
-            body = phases[-1].body_to
+                if phase.way is not None:
+                    body = phase.way.end
         self.margins_n.clear()
+        self._reached_m = 0.0
 
     def choose(self, stride: Stride, steps_done: int) -> None:
         """Let the groups after `steps_done` swings be `stride`."""
@@ -131,33 +145,57 @@ class WalkPlan:
                     raise
         raise AssertionError("the last wait returns or raises")
 
-    def search_phases(self, leg: int, body: Array, old_m: float, tries: int) -> list[Phase]:
+    def search_phases(self, leg: int, old_m: float, tries: int) -> list[Phase]:
         """Search for the ground and seat the foot."""
         return [
-            Phase(Doing.SEARCH, np.inf, body, body, leg, None, old_m, tries),
-            Phase(Doing.SEAT, SEAT_S, body, body, leg, None, old_m, tries),
+            Phase(Doing.SEARCH, np.inf, leg, old_m=old_m, tries=tries),
+            Phase(Doing.SEAT, SEAT_S, leg, old_m=old_m, tries=tries),
         ]
 
     def _group(self, group: list[int], feet: Array, body: Array, middle: Array) -> list[Phase]:
         """The next shift and the swings of the legs in `group`; InputError where they are out of
         reach.
         """
-        stride = self.stride.length_m * self.ahead
-        part = stride * self._group_size / len(LEGS)
-        # Feet are put down half a stride ahead of their homes, counted from where the body stands.
-        centre = np.asarray(self.ahead * float(self.ahead @ middle))
-        places = [(leg, self._foothold(leg, feet, centre + 0.5 * stride)) for leg in group]
+        size = len(group)
+        stride_m = self.stride.length_m
+        part_m = stride_m * self._group_size / len(LEGS)
+        creep_m = self._creep() * part_m
+        # Feet are put down half a stride ahead of their homes, counted from where the body stands
+        # in the middle of its way over them.
+        along_m = float(self.ahead @ middle)
+        aheads_m = [
+            along_m + 0.5 * stride_m + creep_m * ((index + 0.5) / size - 0.5)
+            for index in range(size)
+        ]
+        places = [
+            (leg, self._foothold(leg, feet, ahead_m * self.ahead))
+            for leg, ahead_m in zip(group, aheads_m, strict=True)
+        ]
+        start_m = max(along_m - 0.5 * creep_m, min(self._reached_m, along_m + 0.5 * creep_m))
+        creep = (along_m + 0.5 * creep_m - start_m) * self.ahead
+        start = middle + (start_m - along_m) * self.ahead
+        further = (along_m + part_m - 0.5 * creep_m - start_m) * self.ahead
         tensions, directions = self._ropes.wanted_n(body), self._ropes.directions(body)
-        swings = Swings(self._side(group), feet, places, part, tensions, directions)
-        goal, margin = self._goal(middle, swings)
+        swings = Swings(self._side(group), feet, places, further, creep, tensions, directions)
+        goal, margin = self._goal(start, swings)
         self.margins_n.append(margin)
+        self._reached_m = along_m + 0.5 * creep_m
         phases = [self._shift(feet, body, goal)]
-        creep = np.zeros(3) if self._task.gait == "two_phase" else 0.5 * part
-        feet = feet.copy()
-        for leg, place in places:
-            phases += self._swing_phases(leg, place, goal, goal + creep, feet)
+        feet, each = feet.copy(), creep / size
+        for index, (leg, place) in enumerate(places):
+            phases += self._swing_phases(leg, place, goal + index * each, each, feet)
             feet[leg] = place
+        if creep.any():
+            phases[1].way = self._way(feet, goal, goal + creep, CREEP_EASE)
         return phases
+
+    def _creep(self) -> float:
+        """Share of its way that the body makes while legs swing."""
+        share = CREEP[self._task.gait]
+        if self._task.gait != "flowing":
+            return share
+        flows = (self._footholds.lightness - STEEP) / (GENTLE - STEEP)
+        return share * min(max(flows, 0.0), 1.0)
 
     def _goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:
         """Where the body goes for the next swings, and its margin, N.
@@ -211,37 +249,48 @@ class WalkPlan:
         return np.asarray(place)
 
     def _shift(self, feet: Array, start: Array, goal: Array) -> Phase:
+        period = self._task.period_s
+        rest = 0.0 if period is None else 0.5 * self._group_size * period
+        way = self._way(feet, start, goal, 1.0, max(rest, SHORTEST_SHIFT_S))
+        return Phase(Doing.SHIFT, way.duration_s, way=way)
+
+    def _way(
+        self, feet: Array, start: Array, goal: Array, ease: float, least_s: float = 0.0
+    ) -> BodyWay:
+        """A way of the body over standing feet in `ease` times the least time that it takes."""
         shares = np.linspace(0.0, 1.0, WAY_SAMPLES)
         bodies = start + shares[:, None] * (goal - start)
         joints = np.array([self._footholds.joints(feet, body) for body in bodies])
         ropes = np.array([self._ropes.lengths_m(body) for body in bodies])
         if not self._ropes.tension_n.any():
             ropes[:] = 0.0
-        period = self._task.period_s
-        rest = 0.0 if period is None else 0.5 * self._group_size * period
-        duration = max(self._pace.shift_s(joints, ropes), rest, SHORTEST_SHIFT_S)
-        return Phase(Doing.SHIFT, duration, start.copy(), goal)
+        duration_s = max(ease * self._pace.shift_s(joints, ropes), least_s)
+        return BodyWay(start.copy(), goal, duration_s)
 
     def _swing_phases(
-        self, leg: int, place: Array, body: Array, body_to: Array, feet: Array
+        self, leg: int, place: Array, body: Array, creep: Array, feet: Array
     ) -> list[Phase]:
-        """Swing, search and seat one leg, with the body going from `body` to `body_to` during the
-        swing.
+        """Swing, search and seat one leg, with the body going on from `body` by `creep`
+        meanwhile.
         """
         start = feet[leg].copy()
         above = place + np.array([0.0, 0.0, self._ground.above_m])
         high = max(float(start[2]), float(above[2])) + self.stride.swing_height_m
         legs = self._footholds.legs
-        swing = Swing(legs, leg, start, above, body, body_to, high).timed(self._pace)
+        swing = self.timed(Swing(legs, leg, start, above, body, body + creep, high), feet)
+        return [
+            Phase(Doing.UNLOAD, UNLOAD_S, leg),
+            Phase(Doing.SWING, swing.duration_s, leg, swing=swing),
+            *self.search_phases(leg, float(place[2]), 1),
+        ]
+
+    def timed(self, swing: Swing, feet: Array) -> Swing:
+        """The same way in the time that it needs, over standing feet (4, 3)."""
+        swing = swing.timed(self._pace)
         period = self._task.period_s
         rest = 0.0 if period is None else 0.5 * period - SEAT_S
         least = max(self._least_s(swing, feet), rest, SHORTEST_SWING_S)
-        swing = swing.slower(least / swing.duration_s)
-        return [
-            Phase(Doing.UNLOAD, UNLOAD_S, body, body, leg),
-            Phase(Doing.SWING, swing.duration_s, body, body_to, leg, swing),
-            *self.search_phases(leg, body_to, float(place[2]), 1),
-        ]
+        return swing.slower(least / swing.duration_s)
 
     def _least_s(self, swing: Swing, feet: Array) -> float:
         """Least time for a swing: its own, or what pump and standing legs need while the body goes
