@@ -309,7 +309,9 @@ class Run:
             self._holding.close()
             self._simulation.close()
 
-    def _sum_up(self) -> dict[str, Any]:
+    def _sum_up(self, lost: InputError | None) -> dict[str, Any]:
+        if lost is not None and self._fault is None:
+            self._fault, self.interrupted = lost, True
         self._closed = self.summary()
         return self._closed
 

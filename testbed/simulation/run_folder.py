@@ -84,24 +84,19 @@ class RunFolder:
             self._waiting = []
             self._recorder.write(data, truth)
 
-    def finish(self, summary: Callable[[], dict[str, Any]]) -> None:
-        """Make single files of the rows, and write the summary that is worked out then.
+    def finish(self, summary: Callable[[InputError | None], dict[str, Any]]) -> None:
+        """Make single files of the rows, and write the summary that is worked out then, told why
+        rows are lost.
 
         Both are tried, even where the disk is too full for one; raises the first InputError of
         them.
         """
-        unwritten: list[InputError] = []
-        for step in (
-            self._write,
-            self._recorder.finish,
-            lambda: write_summary(self.folder, summary()),
-        ):
-            try:
-                step()
-            except InputError as error:
-                unwritten.append(error)
-        if unwritten:
-            raise unwritten[0]
+        lost = [*_failing(self._write), *_failing(self._recorder.close)]
+        unjoined = _failing(self._recorder.finish)
+        told = lost[0] if lost else None
+        unsaid = _failing(lambda: write_summary(self.folder, summary(told)))
+        for error in (*lost, *unjoined, *unsaid):
+            raise error
 
     def series(self) -> tuple[Columns, Columns]:
         """The recorded columns that a summary needs: data and truth."""
@@ -110,3 +105,12 @@ class RunFolder:
             read_series(self.folder, "data", wanted_columns(data)),
             read_series(self.folder, "truth", wanted_columns(truth)),
         )
+
+
+def _failing(step: Callable[[], object]) -> list[InputError]:
+    """Why it could not be done; empty: it was."""
+    try:
+        step()
+    except InputError as error:
+        return [error]
+    return []

@@ -82,6 +82,21 @@ def test_a_disk_that_fills_up_meanwhile_ends_the_run_and_keeps_what_was_recorded
     assert run.summary["verdict"].startswith("fault") and summary_of(tmp_path / "run") is None
 
 
+def test_rows_that_are_lost_after_the_last_step_are_a_fault_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The recorder may lag behind the run by all of it."""
+
+    def full(self: RunRecorder) -> None:
+        raise InputError("cannot be written: No space left", file="part-2")
+
+    monkeypatch.setattr(RunRecorder, "close", full)
+    with pytest.raises(InputError, match="No space left"):
+        run_scenario(load_scenario("stand_flat", duration=1.0), tmp_path / "run")
+    summary = read_run(tmp_path / "run").summary
+    assert summary is not None and summary["verdict"].startswith("fault")
+
+
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
     """A file system of one and a half megabytes; only the machine's owner may make one."""
