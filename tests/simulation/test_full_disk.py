@@ -87,7 +87,10 @@ def test_rows_that_are_lost_after_the_last_step_are_a_fault_too(
 ) -> None:
     """The recorder may lag behind the run by all of it."""
 
+    close = RunRecorder.close
+
     def full(self: RunRecorder) -> None:
+        close(self)
         raise InputError("cannot be written: No space left", file="part-2")
 
     monkeypatch.setattr(RunRecorder, "close", full)
