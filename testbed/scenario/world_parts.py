@@ -157,7 +157,7 @@ class Ropes(Checked):
         le=1.5,
         description="height of the traction devices' sheaves in the body frame; null: the URDF's, 0.33 m. On 85 "
         "degrees each centimetre off the balance shifts the feet's loads by 11 cm of the 2.5 m that they stand "
-        "apart: testbed.robot.equilibrium.balanced_attachment_height_m gives the balance for a share [m]",
+        "apart; 0.33 balances the pull along the slope at a share of 0.95 [m]",
     )
     tension_n: Pair | None = Field(
         default=None, description="tension at the start, left and right, instead of share [N]"
