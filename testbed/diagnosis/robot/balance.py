@@ -20,6 +20,7 @@ from testbed.diagnosis.robot.bins import Bins
 from testbed.diagnosis.robot.oil import Oil, Supply
 from testbed.diagnosis.robot.tolerances import middle
 from testbed.effects.signature import RobotSeen
+from testbed.estimation.cylinder import friction_terms
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, LEGS
@@ -321,7 +322,7 @@ def _friction(bins: Bins, machine: Machine) -> tuple[Array, Array, Array]:
 
 def _dry(c: Cylinder, speed: Array, sense: str) -> Array:
     coulomb, static = getattr(c, f"coulomb_{sense}_n"), getattr(c, f"static_{sense}_n")
-    fading = np.exp(-np.abs(speed) / getattr(c, f"stribeck_{sense}_m_s"))
+    fading = friction_terms(np.abs(speed), getattr(c, f"stribeck_{sense}_m_s"))[..., 2]
     return np.asarray(coulomb + static * fading)
 
 

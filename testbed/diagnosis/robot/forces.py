@@ -19,6 +19,7 @@ from testbed.effects.friction_pressure import PressureFriction
 from testbed.effects.sensor_delay import Delay
 from testbed.effects.sensor_line_b import LineB
 from testbed.effects.signature import Change, RobotSeen
+from testbed.estimation.cylinder import friction_terms
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
 
@@ -189,7 +190,8 @@ def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
     c, seal, own = axis.cylinder, axis.seal, f"axes.{axis.name}"
     for sense, way in (("out", 1.0), ("in", -1.0)):
         now = np.maximum(way * seen.direction[:, i], 0.0) * way
-        fading = np.exp(-np.abs(seen.speed_m_s[:, i]) / getattr(c, f"stribeck_{sense}_m_s"))
+        speed = np.abs(seen.speed_m_s[:, i])
+        fading = friction_terms(speed, getattr(c, f"stribeck_{sense}_m_s"))[..., 2]
         for kind, course in (("coulomb", now), ("static", now * fading)):
             size, number = getattr(c, f"{kind}_{sense}_n"), f"cylinder.{kind}_{sense}_n"
             sd = standard_deviation(f"axes.*.{number}", size)
