@@ -65,6 +65,10 @@ class Climb:
         return load_scenario(SCENARIO, list(self.overrides), seed=self.seed)
 
 
+REFUSED = "refused"
+"""How the verdict of a climb begins that control would not begin."""
+
+
 @dataclass(frozen=True)
 class Outcome:
     """What came of it. Slip: furthest way of a standing foot within one stance; tilt: largest turn
@@ -214,7 +218,10 @@ def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
 
     scenario = climb.scenario()
     own = None if climb.gait == SHIPPED else climb.gait
-    world = Simulation(scenario, own=OwnParts(own))
+    try:
+        world = Simulation(scenario, own=OwnParts(own))
+    except InputError as reason:
+        return _refused(climb, reason, scenario.terrain.friction, way_m)
     gait: Any = world.machine.gait if own is None else None
     columns = {name: index for index, name in enumerate(world.truth_columns)}
     ropes = [
@@ -249,6 +256,13 @@ def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
     return outcome
 
 
+def _refused(climb: Climb, reason: InputError, friction: float, way_m: float) -> Outcome:
+    """A climb that control would not begin on this machine: no fall, and not good."""
+    verdict = f"{REFUSED}: {reason}"
+    nothing = (0.0, 0.0, 0, 0.0, 0.0, None, 0.0)
+    return Outcome(climb.case, climb.seed, verdict, *nothing, friction, way_m, climb.gait)
+
+
 def _travelled(world: Any) -> float:
     """Way of the body up the slope, m."""
     machine = world.machine
@@ -271,13 +285,15 @@ def table(outcomes: Sequence[Outcome]) -> Table:
             if outcome.least_planned_margin_n is not None
         ]
         steps = [outcome.steps for outcome in of if outcome.steps is not None]
-        speed = np.median([1000 * outcome.way_m / outcome.time_s for outcome in of])
+        begun = [outcome for outcome in of if not outcome.verdict.startswith(REFUSED)]
+        speeds = [1000 * outcome.way_m / outcome.time_s for outcome in begun]
+        speed = np.median(speeds) if speeds else 0.0
         rows.append(
             [
                 case,
                 gait,
                 f"{sum(outcome.good for outcome in of)} of {len(of)}",
-                str(sum(outcome.verdict != "stood" for outcome in of)),
+                str(sum(outcome.verdict != "stood" for outcome in begun)),
                 f"{min(outcome.way_m for outcome in of):.2f}",
                 f"{1000 * max(outcome.slip_m for outcome in of):.1f}",
                 f"{max(outcome.tilt_deg for outcome in of):.2f}",

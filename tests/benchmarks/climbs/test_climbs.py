@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from testbed.benchmarks.climbs import climbs as climbs_module
-from testbed.benchmarks.climbs.climbs import CASES, Climbs, Outcome, climbs, table
+from testbed.benchmarks.climbs.climbs import CASES, Climb, Climbs, Outcome, climb_up, climbs, table
 from testbed.benchmarks.harness import LINES, run
 from testbed.errors import InputError
 
@@ -107,3 +107,11 @@ def test_a_climb_of_a_hands_breadth_is_good_and_is_not_run_again(tmp_path: Path)
 def test_cases_and_seeds_that_are_none_are_refused(options: dict[str, Any], told: str) -> None:
     with pytest.raises(InputError, match=told):
         Climbs(**options)
+
+
+def test_a_climb_that_control_would_not_begin_is_no_fall_and_not_good() -> None:
+    refused = climb_up(Climb("plane 45", 1, ("ropes.azimuth_deg=25",)))
+    assert refused.verdict.startswith("refused: ")
+    assert not refused.good
+    (row,) = table([refused, GOOD]).rows
+    assert row[2:4] == ["1 of 2", "0"]
