@@ -141,7 +141,11 @@ def _identified(verdict: Verdict, model: LegModel, problem: Problem, rig: Rig) -
     if verdict.kind == "none":
         return model
     entry = bench_correction(problem, rig.identify, model)
-    return model if entry is None else model.model_copy(update={"effects": (entry,)})
+    if entry is None:
+        return model
+    # What of the correction goes along the stroke is in shares of the one that it was fitted with.
+    known = model.known.model_copy(update={"stroke_m": problem.base.known.stroke_m})
+    return model.model_copy(update={"known": known, "effects": (entry,)})
 
 
 def believed(rig: Rig, model: LegModel) -> LegModel:
