@@ -48,8 +48,8 @@ class _Left:
 
 def bench_correction(
     problem: Problem, recordings: Sequence[Recording], identified: LegModel
-) -> EffectEntry | None:
-    """The correction to an identified model, or None where none carries over to runs that it was
+) -> LegModel | None:
+    """The identified model with its correction, or None where none carries over to runs that it was
     not fitted on.
     """
     runs = Runs.of(problem, recordings)
@@ -66,7 +66,10 @@ def bench_correction(
     weights, bias = _weights(_left(runs.series, identified, problem), ridge)
     found = dict(zip(_terms(runs.series[0]), weights, strict=True)) | {"bias": bias}
     parameters = {name: Parameter(value=float(weight), unit="N") for name, weight in found.items()}
-    return EffectEntry(name=UNNAMED.kind, parameters=parameters)
+    # What goes along the stroke is in shares of the one that it was fitted with.
+    known = identified.known.model_copy(update={"stroke_m": problem.base.known.stroke_m})
+    entry = EffectEntry(name=UNNAMED.kind, parameters=parameters)
+    return identified.model_copy(update={"known": known, "effects": (entry,)})
 
 
 def _carries_over(after: RunErrors, before: RunErrors) -> bool:

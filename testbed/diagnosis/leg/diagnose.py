@@ -140,12 +140,7 @@ def _identified(verdict: Verdict, model: LegModel, problem: Problem, rig: Rig) -
     """
     if verdict.kind == "none":
         return model
-    entry = bench_correction(problem, rig.identify, model)
-    if entry is None:
-        return model
-    # What of the correction goes along the stroke is in shares of the one that it was fitted with.
-    known = model.known.model_copy(update={"stroke_m": problem.base.known.stroke_m})
-    return model.model_copy(update={"known": known, "effects": (entry,)})
+    return bench_correction(problem, rig.identify, model) or model
 
 
 def believed(rig: Rig, model: LegModel) -> LegModel:

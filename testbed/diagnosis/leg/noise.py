@@ -78,7 +78,9 @@ def given_back(problem: Problem, effects: Sequence[Active], force: Array) -> Arr
 
 
 def _taken_off_n2(series: Series, effects: Sequence[Active]) -> float:
-    """By how much less the pressures' noise varies in the force once it is filtered, N2."""
+    """By how much less the pressures' noise varies in the force after each filter than before it,
+    N2; what one raises makes up for nothing that another damps.
+    """
     if series.pressure_noise_pa is None:
         return 0.0
     noise_a, noise_b = series.pressure_noise_pa
@@ -88,11 +90,12 @@ def _taken_off_n2(series: Series, effects: Sequence[Active]) -> float:
         pressure_b_pa=None if noise_b is None else np.zeros_like(noise_a),
     )
     mask = series.trusted & series.clear
-    filtered = piston_force_n(corrected(noisy, effects)) - piston_force_n(corrected(still, effects))
-    before, after = (
-        _variance(*series.binned(force, mask)) for force in (piston_force_n(noisy), filtered)
-    )
-    return max(before - after, 0.0)
+    total, before = 0.0, _variance(*series.binned(piston_force_n(noisy), mask))
+    for effect in effects:
+        noisy, still = corrected(noisy, (effect,)), corrected(still, (effect,))
+        after = _variance(*series.binned(piston_force_n(noisy) - piston_force_n(still), mask))
+        total, before = total + max(before - after, 0.0), after
+    return total
 
 
 def _variance(mean: Array, count: Array) -> float:
