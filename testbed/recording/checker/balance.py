@@ -248,7 +248,7 @@ Scale = tuple[float, str, float]
 def _other_scales(forces: Forces, names: Mapping[str, str], as_it_is: float) -> list[Scale]:
     """The factors of single channels that make the balance close, the best first."""
     found = []
-    for name, label in (names | {"position": names.get("position", "position")}).items():
+    for name, label in {"position": "position", **names}.items():
         inertia = name == "position" and forces.known.moving_mass_kg
         if (name in FORCES and name in forces.even.series) or inertia:
             factor = _best_factor(forces, name)
