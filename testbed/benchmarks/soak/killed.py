@@ -250,5 +250,5 @@ def _beginning(part: Found, whole: Found) -> bool:
 def _judged(done: Ended, same: bool) -> Judged:
     outcome, wrong = done.judged
     if wrong or outcome != "served":
-        return outcome, wrong or "it does not go on"
+        return outcome, wrong or f"it does not go on: {done.said[-300:]}"
     return "killed, same bits", "" if same else "other bits than where nobody killed it"
