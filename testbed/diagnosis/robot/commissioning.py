@@ -148,7 +148,8 @@ def _blocks(bins: Bins) -> Iterator[npt.NDArray[np.intp]]:
 
 def lifts_every_foot(data: Mapping[str, Array], robot: Robot) -> bool:
     """Whether every foot hangs in the air at some time."""
-    return bool(hanging(bins_of(data, robot)).any(axis=0).all())
+    lifted = hanging(bins_of(data, robot), robot.machine.scale)
+    return bool(lifted.any(axis=0).all())
 
 
 def levelled(data: Mapping[str, Array], robot: Robot) -> Evidence:
