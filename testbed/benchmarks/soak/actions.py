@@ -32,14 +32,15 @@ def _act(name: str, rng: np.random.Generator, counted: Path) -> None:
     while made < PHYSICS_STEPS:
         if over:
             shown, info = env.reset(seed=int(rng.integers(2**31)))
-            reward, over = 0.0, False
+            paid, over = 0.0, False
         else:
             shown, reward, lost, ended, info = env.step(env.action_space.sample())
+            paid = float(reward)
             made += max(_steps(env, info["t_s"] - before_s), 1)
             over = lost or ended
         before_s = info["t_s"]
-        if not (np.isfinite(float(reward)) and env.observation_space.contains(shown)):
-            raise ValueError(f"{name} showed {shown} for {reward}")
+        if not (np.isfinite(paid) and env.observation_space.contains(shown)):
+            raise ValueError(f"{name} showed {shown} for {paid}")
         counted.write_text(str(made))
 
 

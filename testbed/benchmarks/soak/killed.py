@@ -172,10 +172,10 @@ def _quickly(folder: Path) -> None:
     from testbed.control.gaits import commission as gait
     from testbed.workflows import commission
 
-    gait.SHIFT_S, gait.SPEED_M_S = 2.0, 0.06
-    gait.FOOT_SPEEDS_M_S = gait.BODY_SPEEDS_M_S = gait.REACH_SPEEDS_M_S = (0.06,)
-    gait.SWING_SPEEDS_M_S = (0.10,)
-    gait.PULLS_M = ((0.012, 0.0),)
+    one_speed = dict.fromkeys(
+        ("FOOT_SPEEDS_M_S", "BODY_SPEEDS_M_S", "REACH_SPEEDS_M_S", "SWING_SPEEDS_M_S"), (0.06,)
+    )
+    vars(gait).update(one_speed, SHIFT_S=2.0, SPEED_M_S=0.06, PULLS_M=((0.012, 0.0),))
     commission.ROPES_STAGE = str(folder / "ropes.yaml")
 
 
