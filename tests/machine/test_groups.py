@@ -25,12 +25,12 @@ VALVE: Valve = MACHINE.axes["fl_vertical"].valve
 
 def test_a_rod_as_wide_as_its_bore_is_impossible() -> None:
     assert changed(CYLINDER, rod_m=0.99 * CYLINDER.bore_m).rod_m == 0.99 * CYLINDER.bore_m
-    with pytest.raises(ValidationError, match="rod_m\n.*is impossible"):
+    with pytest.raises(ValidationError, match=r"rod_m\n.*is impossible"):
         changed(CYLINDER, rod_m=CYLINDER.bore_m)
 
 
 def test_a_supply_below_its_tank_is_impossible() -> None:
-    with pytest.raises(ValidationError, match="supply_pressure_pa\n.*is impossible"):
+    with pytest.raises(ValidationError, match=r"supply_pressure_pa\n.*is impossible"):
         changed(UNIT, tank_pressure_pa=2.0e5, supply_pressure_pa=2.0e5)
 
 
