@@ -152,7 +152,7 @@ def test_a_gain_in_the_model_scales_the_pressure_back(declared_leg: tuple[Rig, L
     recording = rig.verify[2]
     wrong = replace(recording, pressure_a_pa=1.05 * recording.pressure_a_pa)
     gain = EffectEntry(name="sensor.gain_a", parameters={"gain_error": 0.05})
-    repaired = estimate(wrong, model.with_effects((gain,))).force_n
+    repaired = estimate(wrong, model.model_copy(update={"effects": (gain,)})).force_n
     assert np.abs(repaired - estimate(recording, model).force_n).max() < 1e-3
 
 
