@@ -23,7 +23,7 @@ from testbed.control.gait import Layered
 from testbed.control.layers.trim import Trim
 from testbed.control.observed import Observed
 from testbed.envs.increments import INCREMENTS, increase, increased
-from testbed.envs.observations import TABLE, Observer, in_units
+from testbed.envs.observations import TABLE, Observer, check_size, in_units
 from testbed.envs.randomisation import draw_overrides, named_set
 from testbed.envs.rewards import (
     HOLDING,
@@ -221,6 +221,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         run_seed = int(self.np_random.integers(2**32))
         spec = load_scenario(self._scenario, extra, seed=run_seed, duration=self._duration_s)
         self._sim = sim = Simulation(spec, gui=self.render_mode == "human" and _has_display())
+        check_size(sim.machines.belief)
         self._begin(spec)
         self._observer = Observer(sim.data_columns, self.table)
         self._rows = round(self._step_s * spec.rates.record_hz)
