@@ -167,7 +167,7 @@ def within_tolerance(problem: Problem) -> list[Coordinate]:
     number = {"cylinder": "bore_m", "drive": "moving_mass_kg"}.get(problem.kind)
     if number is None or not getattr(known, number):
         return []
-    width = UNKNOWN_SHARE if number in problem.undeclared else known.tolerance(number)
+    width = UNKNOWN_SHARE if number in problem.not_declared else known.tolerance(number)
     most = MOST * width
     return [
         Coordinate(DECLARED, number, 0.0, max(-most, -0.99), most, 0.1 * width, prior=(0.0, width))
@@ -211,5 +211,5 @@ def _fit_mass(problem: Problem, coordinates: Sequence[Coordinate], friction: Fri
     )
     problem.base = problem.base.model_copy(update={"known": known})
     problem.series = tuple(series.declared(known) for series in problem.series)
-    problem.undeclared = ("moving_mass_kg",)
+    problem.not_declared = ("moving_mass_kg",)
     return found.at.friction
