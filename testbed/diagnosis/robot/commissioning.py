@@ -23,7 +23,7 @@ import numpy.typing as npt
 from scipy.linalg import solve_triangular
 
 from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of, hanging
-from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
+from testbed.diagnosis.robot.bins import Bins, Frame, bins_of, lift_of
 from testbed.diagnosis.robot.forces import ForceNoise, Tolerated, noise_of, rows_of, tolerated
 from testbed.diagnosis.robot.oil import oil_of, supply_of
 from testbed.diagnosis.robot.tolerances import chance, standard_deviation
@@ -107,7 +107,9 @@ class Evidence:
 def evidence_of(data: Mapping[str, Array], robot: Robot, ropes_in_world: Array) -> Evidence:
     """Hold a recording's columns against the drawn robot; `ropes_in_world` (2, 3) as surveyed."""
     bins, balance = _balance(data, robot, ropes_in_world)
-    numbers = [one for one in tolerated(balance.seen, robot.machine) if one.sd > 0.0]
+    numbers = [
+        one for one in tolerated(balance.seen, robot.machine, biased=False) if one.sd > 0.0
+    ]
     columns = np.column_stack([rows_of(balance, one.change) for one in numbers])
     visible = np.any(columns, axis=0)
     numbers = [one for one, seen in zip(numbers, visible, strict=True) if seen]
@@ -130,11 +132,22 @@ def _balance(
     data: Mapping[str, Array], robot: Robot, ropes_in_world: Array
 ) -> tuple[Bins, BodyBalance]:
     """The balances of a recording."""
-    frame, bins = Frame.of(np.asarray(data["t"], dtype=float)), bins_of(data, robot)
+    frame = Frame.of(np.asarray(data["t"], dtype=float))
+    bins = unbiased(bins_of(data, robot))
     oils = oil_of(data, bins, frame, robot)
     none = np.zeros(len(AXES))
     other = OtherSigns(oils, supply_of(oils, bins, robot.machine), none, none)
     return bins, balance_of(bins, other, robot, ropes_in_world)
+
+
+def unbiased(bins: Bins) -> Bins:
+    """The same less the accelerometers' biases, which the unit's own attitude shows: however it is
+    turned on the body, both of its readings are turned alike.
+    """
+    off = bins.specific_force - lift_of(bins.attitude_rad)
+    still = (np.abs(bins.direction) < STILL).all(axis=1)
+    bias = off[still].mean(axis=0) if still.any() else off.mean(axis=0)
+    return replace(bins, specific_force=bins.specific_force - bias)
 
 
 def _blocks(bins: Bins) -> Iterator[npt.NDArray[np.intp]]:
