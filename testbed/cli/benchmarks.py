@@ -145,8 +145,13 @@ def machines(
         bool, typer.Option(help="Let each machine commission itself first, ten simulated minutes.")
     ] = True,
     recordings: Annotated[
-        Path | None, typer.Option(help="Keep the runs in this folder, and take them from there.")
+        Path | None,
+        typer.Option(help="Keep runs and models in this folder, and take them from there."),
     ] = None,
+    ideas: Annotated[
+        int,
+        typer.Option(min=0, help="Machines on which each idea of the estimate is left out too."),
+    ] = 8,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
@@ -155,7 +160,7 @@ def machines(
     """
     from testbed.benchmarks.machines.benchmark import DrawnMachines
 
-    benchmark = DrawnMachines(machines, first_seed, WORKSHOP, commission, recordings)
+    benchmark = DrawnMachines(machines, first_seed, WORKSHOP, commission, recordings, ideas)
     show(benchmark, out, jobs, json)
 
 

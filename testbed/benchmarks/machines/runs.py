@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.estimators.trials import Series, simulate
+from testbed.benchmarks.estimators.trials import MEASURED, Series, simulate
+from testbed.diagnosis.robot.commissioning import evidence_of, levelled, weighed
 from testbed.effects import by_name
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, without
@@ -21,9 +22,12 @@ from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.formats.intervals import Z90
 from testbed.machine.names import LEGS
 from testbed.recording.leg_model import EffectEntry
+from testbed.recording.robot_model import write_robot_model
 from testbed.robot.robot import Robot
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
+from testbed.simulation.truth_machine import truth_machine
+from testbed.workflows.commission import believed, stages
 from testbed.world.believed import OwnBelief, own_belief
 from testbed.world.undeclared import hidden_of
 
@@ -102,6 +106,48 @@ def beliefs(scenario: Scenario, model: Path | None) -> dict[str, OwnBelief]:
     return found
 
 
+def commissioned(draw: str, seed: int, model: Path) -> dict[str, dict[str, float]]:
+    """Let a drawn machine commission itself into a model file, as `testbed commission` does: each
+    number found, its interval, and the truth.
+    """
+    programme = stages("commissioning_flat", draw_changes(draw, seed), seed)
+    evidence, seconds = [], 0.0
+    for stage in programme:
+        series = simulate(stage, measured=(*MEASURED, "supply_pressure"), true=())
+        robot = Robot.of(
+            machines_of(stage).belief, stage.carried_kg, stage.ropes.attachment_height_m
+        )
+        if stage is programme[0]:
+            evidence.append(levelled(series.data, robot))
+        evidence.append(evidence_of(series.data, robot, series.rope_directions))
+        seconds += stage.duration_s
+    found = weighed(evidence, robot)
+    write_robot_model(model, believed(found, robot.machine, seconds))
+    truth = truth_of(programme[0])
+    return {
+        name: {
+            "value": number.value,
+            "low": number.interval90[0],
+            "high": number.interval90[1],
+            "truth": truth[name]["value"],
+        }
+        for name, number in found.numbers.items()
+        if number.shown and name in truth
+    }
+
+
+def truth_of(scenario: Scenario) -> dict[str, Any]:
+    """The machine that a scenario draws, by the names of a commissioning."""
+    from testbed.world.simulation import Simulation
+
+    world = Simulation(scenario)
+    try:
+        numbers: dict[str, Any] = truth_machine(scenario, world)["numbers"]
+    finally:
+        world.close()
+    return numbers
+
+
 def chain_belief(
     own: OwnBelief, scenario: Scenario, ropes: Array, tuning: OwnTuning | None = None
 ) -> Believed:
@@ -160,6 +206,7 @@ def scores(
     moving = (way > MOVING_M_S * 2 * AROUND * step_s)[:, late]
     return {
         name: sums((load - true)[:, late], None if sd is None else sd[:, late], moving)
+        | {"moving_s": float(moving.sum()) * step_s}
         for name, load, sd in estimates(scenario, series, model, ablations)
     }
 

@@ -33,13 +33,14 @@ from testbed.effects.inertia_mass import AddedMass
 from testbed.effects.robot_attitude import Attitude
 from testbed.effects.robot_centre_of_mass import CentreOfMass
 from testbed.effects.robot_payload import HiddenPayload
+from testbed.effects.rope_tension_gain import TensionGain
 from testbed.effects.sensor_gain import GainA, GainB
 from testbed.effects.sensor_zero import ZeroA, ZeroB
 from testbed.effects.signature import Change
 from testbed.estimation.commissioning import Number, Weighed, zero_name
 from testbed.estimation.live.uncertainty import areas_m2
 from testbed.machine.model import Machine
-from testbed.machine.names import AXES, LEGS
+from testbed.machine.names import AXES
 from testbed.robot.model import RobotModel
 from testbed.robot.robot import Robot
 
@@ -64,7 +65,7 @@ NOISE = ForceNoise(
 )
 """At rest friction is anything, for as long as the rest lasts, and teaches nothing: it is not
 without preference, as noise is, but has the sign of the last motion, which the programme repeats at
-every leg (E). With a tenth of it the centre of mass came out 5 mm too low, load pins 100 N too high.
+every leg (E). With a tenth of it the centre of mass comes out 5 mm too low.
 """
 LEVEL_SD_RAD = 3.0e-4
 """The ground's own level, and the feet's by their encoders' zeros (E)."""
@@ -73,16 +74,15 @@ STILL, CARRIES = 0.1, 0.99
 CHAMBER_PA = 4.0e6
 """About what stands in a chamber under load (E): what gains make of it counts with the zeros in
 what is believed."""
-VERTICAL = tuple(f"{leg}_vertical" for leg in LEGS)
 UNTOLD = (
     *(HiddenPayload.kind, CentreOfMass.kind, AddedMass.kind, ZeroA.kind, ZeroB.kind),
     LoadFriction.kind,
 )
 """Effects of which only sums show: the machine's weight, both zeros of a cylinder; friction by the
 load, which friction by the load across the rod resembles."""
-SIDE, ACROSS = "seal.side_load_coefficient", 1.5
-"""Of a vertical cylinder it is so much less sure: what pushes across its rod is an estimate through
-cylinders that may stand still."""
+PINS_WIDER = 1.4
+"""A load pin is so much less sure than the linear model has it: what the feet hold of a rope's pull,
+cylinders that stand still hide alike at every pull (E)."""
 TURNS = tuple(f"{Attitude.kind}@body.{name}" for name in ("roll", "pitch"))
 
 
@@ -105,9 +105,7 @@ class Evidence:
 def evidence_of(data: Mapping[str, Array], robot: Robot, ropes_in_world: Array) -> Evidence:
     """Hold a recording's columns against the drawn robot; `ropes_in_world` (2, 3) as surveyed."""
     bins, balance = _balance(data, robot, ropes_in_world)
-    numbers = [
-        one for one in tolerated(balance.seen, robot.machine, biased=False) if one.sd > 0.0
-    ]
+    numbers = [one for one in tolerated(balance.seen, robot.machine, biased=False) if one.sd > 0.0]
     columns = np.column_stack([rows_of(balance, one.change) for one in numbers])
     visible = np.any(columns, axis=0)
     numbers = [one for one, seen in zip(numbers, visible, strict=True) if seen]
@@ -238,10 +236,9 @@ def weighed(evidence: Sequence[Evidence], robot: Robot) -> Weighed:
     for name, number in known.numbers.items():
         if name.partition("@")[0] not in UNTOLD and not _is_rare(name):
             numbers[name] = known.of_sum({name: 1.0}, _unit(name, robot.machine), number.drawn)
-    for axis in VERTICAL:
-        name = f"axes.{axis}.{SIDE}"
-        if name in numbers:
-            numbers[name] = numbers[name].wider(ACROSS)
+    for name in numbers:
+        if name.startswith(TensionGain.kind):
+            numbers[name] = numbers[name].wider(PINS_WIDER)
     zeros = {}
     for axis in AXES:
         numbers[zero_name(axis)] = known.of_sum(_zeros(robot.machine, axis, 0.0), "N")
