@@ -81,7 +81,7 @@ UNTOLD = (
 """Effects of which only sums show: the machine's weight, both zeros of a cylinder; friction by the
 load, which friction by the load across the rod resembles."""
 PINS_WIDER = 1.4
-"""A load pin is so much less sure than the linear model has it: what the feet hold of a rope's pull,
+"""A load pin is so much less sure than the linear model has it: what feet hold of a rope's pull,
 cylinders that stand still hide alike at every pull (E)."""
 TURNS = tuple(f"{Attitude.kind}@body.{name}" for name in ("roll", "pitch"))
 
