@@ -193,7 +193,7 @@ def test_one_observation_is_the_textbook_kalman_update() -> None:
 
 def test_what_leaves_its_set_goes_to_a_zero_that_is_set_free_and_to_no_other_constant() -> None:
     filter_ = started(zero_sd=30.0, spread=40.0, balance_sd=1.0)
-    filter_["sizes"]["tail"], filter_["pinned"][0] = 1.0, 2.0
+    filter_["blamed"][0] = 30.0
     filter_["p"][fu.MASS, fu.MASS] = 100.0
     filter_["sizes"]["low"], filter_["sizes"]["high"] = -10.0, 10.0
     h, x = np.zeros(fu.N), filter_["x"]

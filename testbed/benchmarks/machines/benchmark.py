@@ -21,6 +21,7 @@ from testbed.benchmarks.machines.runs import (
     ABLATIONS,
     BOARD,
     COMMISSIONED,
+    HORIZON,
     PERFECT,
     PUBLISHED,
     TASKS,
@@ -89,7 +90,8 @@ class DrawnMachines(Benchmark[int]):
     def work(self, case: int) -> dict[str, Any]:
         """What its commissioning found beside the truth, and `sums` by task and belief."""
         with TemporaryDirectory() as folder:
-            model, found = None, {}
+            model: Path | None = None
+            found: dict[str, Any] = {}
             if self.commissions:
                 model, found = self._commissioned(case, self.recordings or Path(folder))
             tasks = {}
@@ -103,7 +105,8 @@ class DrawnMachines(Benchmark[int]):
         """Its model file and what is in it, from the folder where they are there."""
         model, numbers = folder / f"model {case}.yaml", folder / f"numbers {case}.json"
         if not numbers.is_file():
-            write_json(numbers, commissioned(self.draw, case, model))
+            folder.mkdir(parents=True, exist_ok=True)
+            write_json(numbers, commissioned(self.draw, case, model, self.recordings))
         found: dict[str, Any] = read_json(numbers)
         return model, found
 
@@ -208,7 +211,9 @@ def _held(machines: Iterable[Mapping[str, Mapping[str, float]]]) -> dict[str, An
 
 def _beliefs(result: Mapping[str, Any]) -> Table:
     names = [
-        belief for belief in (PERFECT, COMMISSIONED, BOARD) if belief in result["tasks"]["stand"]
+        belief
+        for belief in (PERFECT, COMMISSIONED, HORIZON, BOARD)
+        if belief in result["tasks"]["stand"]
     ]
     rows = []
     for task, by in result["tasks"].items():

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.estimators.trials import MEASURED, Series, simulate
+from testbed.benchmarks.machines import moving_horizon
 from testbed.diagnosis.robot.commissioning import evidence_of, levelled, weighed
 from testbed.effects import by_name
 from testbed.estimation.live.believed import Believed
@@ -42,6 +44,8 @@ TASKS: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 """Task -> shipped scenario and changes."""
 PERFECT, BOARD, COMMISSIONED = "perfect", "drawing board", "commissioned"
+HORIZON = "commissioned, moving horizon"
+"""The rival of moving_horizon.py."""
 ABLATIONS: dict[str, tuple[str, ...]] = {
     "without weight and ropes learnt": ("weighs",),
     "without friction learnt": ("friction",),
@@ -106,14 +110,17 @@ def beliefs(scenario: Scenario, model: Path | None) -> dict[str, OwnBelief]:
     return found
 
 
-def commissioned(draw: str, seed: int, model: Path) -> dict[str, dict[str, float]]:
+def commissioned(
+    draw: str, seed: int, model: Path, recordings: Path | None = None
+) -> dict[str, dict[str, float]]:
     """Let a drawn machine commission itself into a model file, as `testbed commission` does: each
-    number found, its interval, and the truth.
+    number found, its interval, and the truth. `recordings`: as for `recorder`.
     """
     programme = stages("commissioning_flat", draw_changes(draw, seed), seed)
     evidence, seconds = [], 0.0
+    only = partial(simulate, measured=(*MEASURED, "supply_pressure"), true=())
     for stage in programme:
-        series = simulate(stage, measured=(*MEASURED, "supply_pressure"), true=())
+        series = recorder(recordings, f"commissioning {stage.name} {seed}", only)(stage)
         robot = Robot.of(
             machines_of(stage).belief, stage.carried_kg, stage.ropes.attachment_height_m
         )
@@ -167,6 +174,10 @@ def estimates(
     for name, own in beliefs(scenario, model).items():
         rows = replay_rows(series.data, chain_belief(own, scenario, series.rope_directions))
         yield name, rows["estimate"]["own"].T, rows["estimate_own"]["sd"].T
+        if name == COMMISSIONED:
+            alone = without(OwnTuning(), "swing", "balance", "friction", "weighs")
+            belief = chain_belief(own, scenario, series.rope_directions, alone)
+            yield HORIZON, *moving_horizon.loads(series.data, belief)
         if name != BOARD:
             continue
         for method in PUBLISHED:
@@ -235,17 +246,19 @@ def read_kept(file: Path) -> Series:
         return Series(parts["data"], parts["truth"], stored["ropes"])
 
 
-def recorder(folder: Path | None, name: str) -> Callable[[Scenario], Series]:
-    """Simulates, or reads what a former run of that name left in the folder; None: nothing is
-    kept.
+def recorder(
+    folder: Path | None, name: str, run: Callable[[Scenario], Series] = simulate
+) -> Callable[[Scenario], Series]:
+    """Simulates by `run`, or reads what a former run of that name left in the folder; None: nothing
+    is kept.
     """
     if folder is None:
-        return simulate
+        return run
     file = folder / f"{name}.npz"
 
     def record(scenario: Scenario) -> Series:
         if not file.is_file():
-            kept(simulate(scenario), file)
+            kept(run(scenario), file)
         return read_kept(file)
 
     return record
