@@ -7,8 +7,8 @@ add a force b would miss d_i b, so the likeliest b, and how much likelier the ba
 
     b_i = d_i' S^-1 r / (d_i' S^-1 d_i),   T_i = b_i d_i' S^-1 r
 
-r and S are means over a second or so: friction changes its sign with the motion, a sensor does
-not. Where the best T exceeds what a sound machine shows, that cylinder's zero is set free and
+r and S are means over a second or so of sliding: friction then changes its sign with the motion, a
+sensor does not; at rest all pistons may hide the same way for long. Where the best T exceeds what a sound machine shows, that cylinder's zero is set free and
 learnt like any other unknown, so that it carries the blame alone.
 """
 
@@ -56,6 +56,8 @@ def look(rows: Any, wrench: Any, variance: Any, fusion: Any) -> None:
         for i in range(12):
             if fusion.blamed[i] > 0.0:
                 missing -= rows[SEEN[a], fu.ZERO + i] * fusion.x[fu.ZERO + i]
+        if suspicion.age == 0.0:
+            suspicion.missing[a] = missing
         suspicion.missing[a] += share * (missing - suspicion.missing[a])
         for b in range(3):
             suspicion.spread[a, b] += share * (spread[a, b] - suspicion.spread[a, b])
@@ -76,12 +78,11 @@ def judge(rows: Any, fusion: Any) -> None:
             effect[a] = rows[SEEN[a], fu.ZERO + i]
         if fusion.blamed[i] > 0.0 or not effect.any():
             continue
-        push = effect @ weighed
-        force = push / (effect @ np.linalg.solve(suspicion.spread, effect))
+        push = float(effect @ weighed)
+        force = push / float(effect @ np.linalg.solve(suspicion.spread, effect))
         if push * force > best:
             best, who, size = push * force, i, abs(force)
     if who >= 0:
         fusion.blamed[who] = size
         fusion.p[fu.ZERO + who, fu.ZERO + who] += size**2
         suspicion.age = 0.0
-        suspicion.missing[:] = 0.0

@@ -77,7 +77,7 @@ class OwnTuning:
     news_noise_n: float = 50.0
     gate: float = 8.0
     blame_s: float = 1.0
-    blame_threshold: float = 2.75
+    blame_threshold: float = 2.5
     zero_wander_n2_s: float = 1.0
     zero_sd_n: float = 20.0
     """The calibration itself, beside what the machine's tolerances say of the sensors."""

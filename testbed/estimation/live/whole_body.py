@@ -200,7 +200,8 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
         rows[r, fu.BALANCE + r] = 1.0
         variance[r] = body.force_variance if r < 3 else body.moment_variance
     variance[2] += (body.blow_share * row.ordered_thrust) ** 2
-    blame.look(rows, wrench, variance, state.fusion)
+    if slides:
+        blame.look(rows, wrench, variance, state.fusion)
     for r in range(6):
         learns = 2 <= r < 5 and slides and row.ordered_thrust == 0.0
         fu.observe(state.fusion, rows[r], wrench[r], variance[r], body.gate, learns)
