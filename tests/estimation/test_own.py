@@ -137,7 +137,7 @@ def test_a_still_machine_is_read_as_the_statics_have_it() -> None:
 
 
 def looked_at(lie_n: float) -> np.void:
-    """A filter that has looked for 3 s at a balance which the sensors of foot 0 upset by so much."""
+    """A filter that has looked for up to 3 s at a balance that foot 0's sensors upset by so much."""
     filter_ = started(zero_sd=100.0, spread=160.0, balance_sd=200.0)
     filter_["suspicion"]["memory"], filter_["suspicion"]["threshold"] = 1.0, 2.5
     rows, variance = np.zeros((6, fu.N)), np.full(6, 300.0**2)
@@ -147,7 +147,8 @@ def looked_at(lie_n: float) -> np.void:
     for k in range(6):
         rows[k, fu.BALANCE + k] = 1.0
     for _ in range(300):
-        blame.look(rows, lie_n * rows[:, fu.ZERO + 2], variance, filter_)
+        if not filter_["blamed"].any():
+            blame.look(rows, lie_n * rows[:, fu.ZERO + 2], variance, filter_)
     return filter_
 
 
