@@ -137,7 +137,7 @@ def test_a_still_machine_is_read_as_the_statics_have_it() -> None:
 
 
 def looked_at(lie_n: float) -> np.void:
-    """A filter that has looked for up to 3 s at a balance that foot 0's sensors upset by so much."""
+    """A filter that has looked for 3 s at most at a balance that one foot's sensors upset."""
     filter_ = started(zero_sd=100.0, spread=160.0, balance_sd=200.0)
     filter_["suspicion"]["memory"], filter_["suspicion"]["threshold"] = 1.0, 2.5
     rows, variance = np.zeros((6, fu.N)), np.full(6, 300.0**2)
@@ -153,7 +153,7 @@ def looked_at(lie_n: float) -> np.void:
 
 
 def test_a_sensor_that_the_balance_points_at_carries_the_blame_alone() -> None:
-    lying, sound = looked_at(2500.0), looked_at(800.0)
+    lying, sound = looked_at(2500.0), looked_at(400.0)
     assert lying["blamed"][2] == pytest.approx(2500.0, rel=0.1)
     assert np.count_nonzero(lying["blamed"]) == 1
     assert lying["p"][fu.ZERO + 2, fu.ZERO + 2] > 2000.0**2

@@ -8,8 +8,9 @@ add a force b would miss d_i b, so the likeliest b, and how much likelier the ba
     b_i = d_i' S^-1 r / (d_i' S^-1 d_i),   T_i = b_i d_i' S^-1 r
 
 r and S are means over a second or so of sliding: friction then changes its sign with the motion, a
-sensor does not; at rest all pistons may hide the same way for long. Where the best T exceeds what a sound machine shows, that cylinder's zero is set free and
-learnt like any other unknown, so that it carries the blame alone.
+sensor does not; at rest all pistons may hide the same way for long. Where the best T exceeds what a
+sound machine shows, that cylinder's zero is set free and learnt like any other unknown, so that it
+carries the blame alone.
 """
 
 from __future__ import annotations
