@@ -119,6 +119,10 @@ def filters(
 def estimators(
     out: Results,
     few: Annotated[bool, typer.Option("--few", help="One run of each kind only.")] = False,
+    kind: Annotated[
+        list[str] | None,
+        typer.Option(help="Runs of this kind alone (stand, walk, liar, ...); may be repeated."),
+    ] = None,
     draw: Drawn = WORKSHOP,
     estimator: Annotated[
         list[str] | None,
@@ -134,7 +138,8 @@ def estimators(
     """
     from testbed.benchmarks.estimators.benchmark import Estimators
 
-    show(Estimators(few, tolerances_named(draw), tuple(estimator or ())), out, jobs, json)
+    benchmark = Estimators(few, tolerances_named(draw), tuple(estimator or ()), tuple(kind or ()))
+    show(benchmark, out, jobs, json)
 
 
 def machines(
