@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from testbed.machine.provenance import Quantity
     from testbed.recording.checker.finding import Checked
 
+LEAST_SLIP_M = 1e-3
+"""Slips below it are not told."""
+
 
 def print_json(value: object) -> None:
     """One JSON value on standard output."""
@@ -170,7 +173,7 @@ def _slip_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     slips = {"feet slid": "foot_slip_m", "rope that ran through its clamps": "rope_slip_m"}
     for words, key in slips.items():
         slip_m = summary.get(key) or 0.0
-        if slip_m >= 1e-3:
+        if slip_m >= LEAST_SLIP_M:
             yield words, f"{1000 * slip_m:.0f} mm"
 
 
