@@ -41,7 +41,12 @@ class Beside:
     def wait(self) -> bool:
         """Wait for the last piece of work; returns whether it was done."""
         busy, self._busy = self._busy, None
-        return busy is None or os.waitpid(busy, 0)[1] == 0
+        if busy is None:
+            return True
+        try:
+            return os.waitpid(busy, 0)[1] == 0
+        except ChildProcessError:  # ended, and this process was started with SIGCHLD ignored
+            return True
 
 
 def _work_and_end(work: Callable[[], object]) -> None:

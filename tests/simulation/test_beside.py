@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +41,20 @@ def test_after_a_failure_work_is_done_here() -> None:
     beside.do(lambda: done.append(os.getpid()))
     assert done == [os.getpid()]
     assert beside.wait()
+
+
+@copied
+def test_where_ends_of_children_are_ignored_a_copy_is_waited_for_all_the_same(
+    tmp_path: Path,
+) -> None:
+    before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    try:
+        beside = Beside()
+        beside.do(lambda: (tmp_path / "done").touch())
+        assert beside.wait()
+    finally:
+        signal.signal(signal.SIGCHLD, before)
+    assert (tmp_path / "done").exists()
 
 
 class Camera:
