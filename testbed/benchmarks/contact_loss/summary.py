@@ -32,6 +32,8 @@ EVENT_S = CALM_S
 supervisor keeps the drill waiting for so long, s."""
 BUDGET_1_H = 1.0
 """False alarms an hour and foot above the floor's, at which detectors are compared with it."""
+TRADED_1_H = (12.0, 25.0, 50.0)
+"""The same at so many, for the trade of recall against false alarms."""
 SLOPES = (20, 40, 60, 75, 86)
 DRIFTING = 2
 """From so many drifting sensors on a scene counts as drifting."""
@@ -253,7 +255,20 @@ def _entry(
         "by": {word: _by(found.losses, key) for word, key in groups.items()},
         "at_floor_budget": _at_budget(points, grid, lowest_rate + BUDGET_1_H),
         "curve": _curve(points),
+        "trade": [
+            _traded(_at_budget(points, grid, most)) for most in (lowest_rate + BUDGET_1_H, *TRADED_1_H)
+        ],
     }
+
+
+def _traded(found: Tree | None) -> Tree | None:
+    """What of a threshold is shown beside others: recall by class, and what it costs."""
+    if found is None:
+        return None
+    kept = ("threshold", "most_false_alarms_per_hour", "false_alarms_per_hour", "recall")
+    words = (*kept, "delay_p95_s", "false_flight_s_per_hour", "cost_s_per_hour")
+    classes = {word: marks["recall"] for word, marks in found["by_class"].items()}
+    return {word: found[word] for word in words} | {"recall_by_class": classes}
 
 
 def _slope(slope_deg: float) -> str:
