@@ -1,24 +1,24 @@
-"""The limit that friction sets: what one would decide who knows all but the friction of four resting
-pistons.
+"""The limit that friction sets: what one decides who knows all but the friction of resting pistons.
 
-Like the floor (floor.py) this sees the true load through the transducers' own delay and errors,
-but the load and the *true* friction of the cylinder together, as a piston's pressures show them:
+Like the floor (floor.py) this sees the true load through the transducers' own delay and errors, but
+the load and the *true* friction of the cylinder together, as a piston's pressures show them:
 
     z_k = seen(load_k + friction_k)
 
-All constants, inertia, weight, ropes and drill are known exactly. Of the friction of a piston that
-does not slide only its set is: it lies within +-g_k, as far as this cylinder's went in this scene.
-While it slides by its encoder, friction is known. What remains is a set of loads:
+All constants, inertia, weight, ropes and drill are known exactly, undeclared effects too. Of the
+friction of a piston that does not slide only its set is: within +-g_k, as far as this cylinder's
+went in this scene; while it slides by its encoder, friction is known. What remains is a set of
+loads:
 
-    one foot     L_k in [z_k - f, z_k + f],  L_k >= 0
-    four feet    moreover the loads keep the body's balance exactly, so that the four of them err by
-                 one number, the twist t that weight and moments leave open: L = L_true + t n,
-                 n = the share of a foot in loads without force and moment
+    one foot     L_k in [z_k - g_k, z_k + g_k],  L_k >= 0
+    four feet    moreover the loads keep the body's balance exactly, so that all four err by one
+                 number, the twist t that weight and moments leave open: L = L_true + t n, n the
+                 loads without force and moment
 
 Every load in its set is as likely as any other; the score is the log of the odds of less than a
-loss's force against more, smoothed over a quarter of a loss's shortest time. It has no memory of friction: what
-the last slip and the oil's creep tell is not used. So it is no bound on what can be reached where
-friction's law is known to the micrometre, but on what a set of friction alone leaves of it.
+loss's force against more, smoothed over a quarter of a loss's shortest time. It has no memory: what
+the last slip, the oil's creep and a foot that is stirred tell of friction is not used, which is all
+that a detector may know more.
 """
 
 from __future__ import annotations
@@ -40,14 +40,18 @@ TEXTS = {
     ONE: "limit: pressures of one foot without error but for friction's set and the sensors'",
     FOUR: "limit: the same of all feet, with the body's balance known exactly",
 }
-THRESHOLDS = {ONE: 0.5, FOUR: 0.5}
-GRID = tuple(np.arange(-2.0, 5.01, 0.5).tolist())
-HOLD = Hold(margin=2.0, dwell_s=0.2, sure_margin=4.0, sure_s=0.006)
+THRESHOLDS = {ONE: 4.0, FOUR: 4.0}
+GRID = tuple(np.arange(-2.0, 11.1, 1.0).tolist())
+HOLDS = {
+    ONE: Hold(margin=6.5, dwell_s=0.6, sure_margin=8.5, sure_s=0.02),
+    FOUR: Hold(margin=8.0, dwell_s=0.6, sure_margin=9.5, sure_s=0.05),
+}
+"""Of little cost on tuning scenes."""
 SET_QUANTILE = 0.995
 """Of the size of a cylinder's friction in a scene: the half width of its set."""
 SLIDING_M_S = 1.0e-3
 """From this speed on, by the encoder, a piston slides."""
-MOST_ODDS = 6.0
+MOST_ODDS = 12.0
 """The log of the odds is kept within this."""
 SMOOTH_SHARE = 0.25
 """Time constant of the score, share of a loss's shortest time."""
@@ -64,7 +68,9 @@ def limit_scores(name: str, tape: Tape, scene: Scene) -> Array:
     middle = path.measured_n(tape.normal_n + friction, tape.dt_s) - known
     low, high = np.maximum(middle - unknown, 0.0), np.maximum(middle + unknown, 1.0)
     if name == FOUR:
-        low, high = balanced(low, high, tape.normal_n, twists(np.asarray(tape.samples["row"]["position"])))
+        low, high = balanced(
+            low, high, tape.normal_n, twists(np.asarray(tape.samples["row"]["position"]))
+        )
     share = (tape.rule.force_n - low) / np.maximum(high - low, 1.0)
     odds = _log_odds(np.clip(share, 0.0, 1.0))
     return _smoothed(odds, SMOOTH_SHARE * tape.rule.shortest_s, tape.dt_s)

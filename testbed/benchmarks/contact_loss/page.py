@@ -8,6 +8,7 @@ from testbed import __version__
 from testbed.benchmarks.contact_loss import floor, limit
 from testbed.benchmarks.contact_loss.score import CLASSES
 from testbed.benchmarks.contact_loss.summary import COMMISSIONED
+from testbed.estimation.detectors.learned import Patient
 from testbed.estimation.detectors.table import BEST, LIVE
 from testbed.report.page import Filters, render
 from testbed.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RC, SKY, VERMILION, svg
@@ -18,6 +19,7 @@ LOOKS: dict[str, tuple[str, str]] = {
     limit.ONE: (GREY, ":"),
     limit.FOUR: (BLACK, "--"),
     "learned": (PURPLE, "-"),
+    "patient": (PURPLE, ":"),
     "held": (VERMILION, "-"),
     "steady": (ORANGE, "--"),
     "combined": (BLUE, "-"),
@@ -33,7 +35,7 @@ LOOKS: dict[str, tuple[str, str]] = {
     "multiple_model": (SKY, "--"),
 }
 
-TRADED = (floor.NAME, *limit.TEXTS, LIVE, BEST)
+TRADED = (floor.NAME, *limit.TEXTS, LIVE, BEST, Patient.name)
 """Whose recall is shown at several rates of false alarms."""
 
 

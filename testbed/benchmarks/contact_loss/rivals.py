@@ -57,7 +57,7 @@ def scores_of(name: str, tape: Tape, scene: Scene) -> tuple[Array, Hold]:
         path = floor.SensorPath.of(scene, tape)
         return floor.floor_scores(tape.normal_n, path, tape.rule, tape.dt_s), floor.HOLD
     if name in limit.TEXTS:
-        return limit.limit_scores(name, tape, scene), limit.HOLD
+        return limit.limit_scores(name, tape, scene), limit.HOLDS[name]
     return detector_scores(name, tape)
 
 

@@ -156,7 +156,10 @@ def scored(
     words = np.empty((len(thresholds), *score.shape), dtype=np.bool_)
     higher = (thresholds - thresholds[0]) * from_first
     limits = np.concatenate(
-        [limits_at(float(t), raised(hold, float(h))) for t, h in zip(thresholds, higher, strict=True)]
+        [
+            limits_at(float(t), raised(hold, float(h)))
+            for t, h in zip(thresholds, higher, strict=True)
+        ]
     )
     states = ContactState.zeros(len(thresholds), score.shape[1])
     states["contact"] = 1.0

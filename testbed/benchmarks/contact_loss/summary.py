@@ -256,7 +256,8 @@ def _entry(
         "at_floor_budget": _at_budget(points, grid, lowest_rate + BUDGET_1_H),
         "curve": _curve(points),
         "trade": [
-            _traded(_at_budget(points, grid, most)) for most in (lowest_rate + BUDGET_1_H, *TRADED_1_H)
+            _traded(_at_budget(points, grid, most))
+            for most in (lowest_rate + BUDGET_1_H, *TRADED_1_H)
         ],
     }
 
