@@ -207,19 +207,26 @@ def summarise(
         "command": f"testbed contact-loss --hours {hours:g}{options}",
         "hours": round(lowest.hours, 4),
         "machine": scenes[0]["scene"]["machine"] or "drawing board",
-        "losses": len(losses),
         "losses_gradual": sum(loss["gradual"] for loss in losses),
         "losses_meant": sum(loss["meant"] for loss in losses),
         "foot_hours": {word: round(lowest.foot_s[k] / 3600.0, 4) for k, word in enumerate(CLASSES)},
-        "scenes": len(scenes),
         "scenes_drifting": sum(s["drifting"] >= DRIFTING for s in scenes),
         "faults": [f"{s['scene']['number']}: {s['fault']}" for s in scenes if s["fault"]],
         "verdicts": _counted([s["verdict"] for s in scenes]),
-        "machines": len({Scene(**s["scene"]).machine_seed for s in scenes}),
+        **_size(scenes),
         **marks(scenes),
-        COMMISSIONED: marks(commissioned) if commissioned else None,
+        COMMISSIONED: marks(commissioned) | _size(commissioned) if commissioned else None,
         "supervisor": supervisor_marks(every),
         "definitions": DEFINITIONS,
+    }
+
+
+def _size(scenes: Sequence[Tree]) -> Tree:
+    """How much was scored."""
+    return {
+        "losses": sum(len(scene["losses"]) for scene in scenes),
+        "scenes": len(scenes),
+        "machines": len({Scene(**scene["scene"]).machine_seed for scene in scenes}),
     }
 
 
