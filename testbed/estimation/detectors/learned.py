@@ -13,7 +13,7 @@ import math
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,7 +129,7 @@ class Learned:
         self._one, self._scores = Sample.zeros(), np.zeros((1, len(LEGS)))
         self.start(1.0e-3)
 
-    def scaled(self, force: float) -> Learned:
+    def scaled(self, force: float) -> Self:
         """The same for a machine whose forces are so many times as large."""
         return type(self)(loss_force=force * self.scale["loss_force"])
 
