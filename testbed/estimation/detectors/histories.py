@@ -55,6 +55,26 @@ HISTORY = (
     "size of the piston's speed",
 )
 
+FREE, ABOVE = (
+    HISTORY.index("carried without drift, mean over 10 ms"),
+    HISTORY.index("own above its zero"),
+)
+LEAST_OWN = HISTORY.index("own, least of the last 10 s")
+FREE_ABOVE = HISTORY.index("carried without drift, above its zero")
+LEAST_FREE = HISTORY.index("carried without drift, least of the last 10 s")
+BESIDE = HISTORY.index("carried, stirred within 10 ms, beside all feet")
+ALL_FEET = HISTORY.index("carried of all feet, stirred within 10 ms")
+AGO = HISTORY.index("how long ago it was below the loss force")
+LOW = HISTORY.index("share of the last 2 s in which it was below the loss force")
+MOST, HELD = HISTORY.index("own, most of the last 2 s"), HISTORY.index("held load")
+FALL = HISTORY.index("own over 10 ms less over 50 ms")
+FREE_FALL = HISTORY.index("carried over 10 ms less over 50 ms")
+QUICK_FALL = HISTORY.index("own over 2 ms less over 10 ms")
+SURELY = HISTORY.index("how sure own is below the loss force")
+TWIST = HISTORY.index("twist of all feet beyond the expected")
+SPEED = HISTORY.index("size of the piston's speed")
+"""Where each of them, or the first of its kind, stands in HISTORY."""
+
 
 class History(Record):
     """Of one foot."""
@@ -121,21 +141,21 @@ def look_back(memories: Any, foot: int, sd: float, unit: float, view: Any) -> No
     settled, own_10 = history.settled, means[0, 1]
     for k in range(2):
         stir, all_feet = memory.stirred[2 * k], stirred_on_average(memories, 2 * k)
-        view[k] = math.asinh(settled[k] / unit)
-        view[6 + k] = math.log((stir + LITTLE * unit) / (all_feet + LITTLE * unit))
-        view[8 + k] = math.asinh(all_feet / unit)
-    view[2] = math.asinh((own_10 - min(history.least_own, 0.0)) / unit)
-    view[3] = math.asinh(history.least_own / unit)
-    view[4] = math.asinh((settled[0] - min(history.least_settled, 0.0)) / unit)
-    view[5] = math.asinh(history.least_settled / unit)
+        view[FREE + k] = math.asinh(settled[k] / unit)
+        view[BESIDE + k] = math.log((stir + LITTLE * unit) / (all_feet + LITTLE * unit))
+        view[ALL_FEET + k] = math.asinh(all_feet / unit)
+    view[ABOVE] = math.asinh((own_10 - min(history.least_own, 0.0)) / unit)
+    view[LEAST_OWN] = math.asinh(history.least_own / unit)
+    view[FREE_ABOVE] = math.asinh((settled[0] - min(history.least_settled, 0.0)) / unit)
+    view[LEAST_FREE] = math.asinh(history.least_settled / unit)
     for k in range(3):
-        view[10 + k] = math.log10(1.0 + history.since[k] / SHORTEST_S)
-    view[13], view[14] = history.low, math.asinh(history.most_own / unit)
-    view[15] = math.asinh(history.held / unit)
-    view[16] = math.tanh((own_10 - means[0, 2]) / unit)
-    view[17] = math.tanh((settled[0] - settled[1]) / unit)
-    view[18] = math.tanh((means[0, 0] - own_10) / unit)
-    view[19] = math.tanh(0.5 * (unit - own_10) / max(sd, SURE * unit))
+        view[AGO + k] = math.log10(1.0 + history.since[k] / SHORTEST_S)
+    view[LOW], view[MOST] = history.low, math.asinh(history.most_own / unit)
+    view[HELD] = math.asinh(history.held / unit)
+    view[FALL] = math.tanh((own_10 - means[0, 2]) / unit)
+    view[FREE_FALL] = math.tanh((settled[0] - settled[1]) / unit)
+    view[QUICK_FALL] = math.tanh((means[0, 0] - own_10) / unit)
+    view[SURELY] = math.tanh(0.5 * (unit - own_10) / max(sd, SURE * unit))
     twist = memories[0].beyond - memories[1].beyond - memories[2].beyond + memories[3].beyond
-    view[20] = math.asinh((twist if foot in (0, 3) else -twist) / unit)
-    view[21] = math.log1p(1000.0 * history.speed)
+    view[TWIST] = math.asinh((twist if foot in (0, 3) else -twist) / unit)
+    view[SPEED] = math.log1p(1000.0 * history.speed)
