@@ -83,7 +83,14 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
     piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b
     rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
     rope_way = np.einsum("rj,njk->nrk", ropes_in_world, rotation)
-    side = np.array([_side_coefficient(axis) for axis in machine.axes.values()])
+    coefficient = np.array([_side_coefficient(axis) for axis in machine.axes.values()])
+    stroke_m = robot.linkages.stroke_m
+    side = coefficient * np.column_stack(
+        [
+            side_growth(axis, bins.extension_m[:, i], stroke_m[i])
+            for i, axis in enumerate(machine.axes.values())
+        ]
+    )
     side_load = np.zeros((n, len(AXES)))
     for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
         dry = bins.direction * (coulomb + side * side_load)
@@ -108,7 +115,7 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
         pressure_b_rate=bins.pressure_b_rate,
         area_a_m2=area_a,
         area_b_m2=area_b,
-        stroke_m=robot.linkages.stroke_m,
+        stroke_m=stroke_m,
         coulomb_n=coulomb,
         viscous_n=viscous,
         load_n=np.array([one.load for one in found]),
@@ -169,6 +176,13 @@ PASSES = 3
 
 def _side_coefficient(axis: Axis) -> float:
     return middle("axes.*.seal.side_load_coefficient", axis.seal.side_load_coefficient)
+
+
+def side_growth(axis: Axis, extension_m: Array, stroke_m: float) -> Array:
+    """(n,) friction by side load at extensions (n,), over that at mid-stroke: a frame that is drawn
+    out overhangs by more.
+    """
+    return np.asarray(1.0 + axis.seal.side_load_growth * (extension_m / stroke_m - 0.5))
 
 
 def _side_loads(foot_force: Array) -> Array:

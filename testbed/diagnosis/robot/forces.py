@@ -5,12 +5,12 @@ leaves in them.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.balance import BodyBalance
+from testbed.diagnosis.robot.balance import BodyBalance, side_growth
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.effects import ALL
@@ -76,6 +76,10 @@ class ForceNoise:
     """A piston that turns round: the seal is somewhere on its way from one sense to the other."""
     switched_share: float
     """Share of the change where a load changes from one bin to the next."""
+    shaken_share: float = 0.0
+    """Share of what a piston's force swings to and fro by from bin to bin: its seal turns round
+    within the bin, too. Above 0 stuck seals take up what the machine's shaking asks for.
+    """
 
 
 OF_A_SOUND_MACHINE = ForceNoise(
@@ -92,6 +96,7 @@ OF_A_SOUND_MACHINE = ForceNoise(
     quick_share=0.02,
     turning_share=0.5,
     switched_share=0.03,
+    shaken_share=0.25,
 )
 """At rest the numbers under which the balances of 21 drawn sound machines are about likeliest;
 while sliding wider than that: some machines slide far less evenly than most.
@@ -208,7 +213,8 @@ def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
     number, drawn = "seal.side_load_coefficient", seal.side_load_coefficient
     centre = middle(f"axes.*.{number}", drawn)
     side = float(np.hypot(standard_deviation(f"axes.*.{number}", drawn), 0.3 * (centre - drawn)))
-    change = Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i]})
+    grown = side_growth(axis, seen.extension_m[:, i], seen.stroke_m[i])
+    change = Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i] * grown})
     yield Tolerated(change, side, f"{own}.{number}", drawn=centre)
     for lag in (Delay(), LineB()):
         (change,) = lag.signature(seen, axis.name).values()
@@ -226,13 +232,24 @@ def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
 def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
     """The group of a measured robot."""
     bins, _ = np.nonzero(balance.counted)
+    fresh, lasting = noise_of(balance, FRESH), noise_of(balance, LASTING)
     return RawGroup(
         missing=balance.missing[balance.counted],
         time_s=balance.seen.time_s[bins],
-        noise=noise_of(balance),
+        noise=fresh + lasting,
+        lasting=lasting,
         tolerated=tolerance_columns(balance, machine),
         rows_of=lambda change: rows_of(balance, change),
     )
+
+
+FRESH = replace(OF_A_SOUND_MACHINE, rest_share=0.0, alike_share=0.0)
+LASTING = replace(
+    OF_A_SOUND_MACHINE,
+    **dict.fromkeys(("white_n", "white_n_m", "white_foot_n", "sliding_share"), 0.0),
+    **dict.fromkeys(("quick_share", "turning_share", "switched_share", "shaken_share"), 0.0),
+)
+"""The two parts of that noise: what comes anew and fades, and what stuck seals hold."""
 
 
 def noise_of(balance: BodyBalance, known: ForceNoise = OF_A_SOUND_MACHINE) -> Array:
@@ -255,6 +272,10 @@ def noise_of(balance: BodyBalance, known: ForceNoise = OF_A_SOUND_MACHINE) -> Ar
     spread = np.hypot(spread, seen.line_n + dry * shaken)
     anew = np.hypot(known.turning_share * turns(seen.direction), known.quick_share) * dry
     anew = np.hypot(anew, known.switched_share * _switched(seen))
+    if known.shaken_share > 0.0:
+        swings = known.shaken_share * _swings(_piston(seen))
+        held = (1.0 - share) * _shaken(seen)  # a stuck seal takes up what shakes
+        anew = np.hypot(anew, np.minimum(np.hypot(swings, held), dry))
     age = friction_age(seen, share, dry, known)
     by_axis = balance.by_force[bins, rows]
     for axis in range(len(AXES)):
@@ -297,6 +318,22 @@ def _switched(seen: RobotSeen) -> Array:
     changed = np.abs(np.diff(piston, axis=0, prepend=piston[:1]))
     later = np.vstack([changed[1:], changed[-1:]])
     return np.asarray(np.maximum(changed, later))
+
+
+def _swings(values: Array) -> Array:
+    """(n, k) by how much values (n, k) leave the straight line through the bins beside them, the
+    most of each bin and its neighbours: what shakes, or an impact.
+    """
+    padded = np.vstack([values[:1], values, values[-1:]])
+    off = np.abs(values - 0.5 * (padded[2:] + padded[:-2]))
+    near = np.vstack([off[:1], off, off[-1:]])
+    return np.asarray(np.maximum(np.maximum(near[:-2], near[2:]), off))
+
+
+def _shaken(seen: RobotSeen) -> Array:
+    """(n, 1) a foot's part of the force that the whole machine's shaking asks for, N."""
+    force = np.einsum("nij,nj->ni", seen.asked_by_gravity[:, :3], _swings(seen.gravity))
+    return np.asarray(np.linalg.norm(force, axis=1, keepdims=True) / seen.foot_m.shape[1])
 
 
 def left_by_motions(seen: RobotSeen) -> Array:
