@@ -22,6 +22,7 @@ from testbed.effects.signature import Change, RobotSeen
 from testbed.estimation.cylinder import friction_terms
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
+from testbed.machine.scale import Scale
 
 Array = npt.NDArray[np.float64]
 BODY = "body"
@@ -42,8 +43,8 @@ HELD_ALIKE, HELD_EACH = 2.0, 0.5
 (B).
 """
 HAMMER_SHARE = 0.04
-NEWS_N = 20.0
-"""At rest a change of the load below this is noise."""
+END_SHARE = 0.005
+"""A piston within this share of its stroke of either end may lie at its stop (E)."""
 TURNING_BINS = 2
 """A piston turns round within so many bins to either side."""
 
@@ -65,6 +66,8 @@ class ForceNoise:
     """Friction at rest, for `rest_memory_s` or until the load has changed by `news_share`."""
     rest_memory_s: float
     news_share: float
+    news_n: float
+    """At rest a change of the load below this is noise."""
     alike_share: float
     """Friction at rest as the body's last motions along and about each axis left it, alike at all
     feet, for `alike_s`.
@@ -81,6 +84,17 @@ class ForceNoise:
     within the bin, too. Above 0 stuck seals take up what the machine's shaking asks for.
     """
 
+    def of_size(self, scale: Scale) -> ForceNoise:
+        """The same for a machine of another size; these numbers are ROBOCLIMBER's."""
+        newton, newton_metre = scale.times("N"), scale.times("N m")
+        return replace(
+            self,
+            white_n=newton * self.white_n,
+            white_n_m=newton_metre * self.white_n_m,
+            white_foot_n=newton * self.white_foot_n,
+            news_n=newton * self.news_n,
+        )
+
 
 OF_A_SOUND_MACHINE = ForceNoise(
     white_n=50.0,
@@ -91,6 +105,7 @@ OF_A_SOUND_MACHINE = ForceNoise(
     rest_share=0.5,
     rest_memory_s=120.0,
     news_share=3.0,
+    news_n=20.0,
     alike_share=0.1,
     alike_s=100.0,
     quick_share=0.02,
@@ -232,27 +247,41 @@ def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
 def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
     """The group of a measured robot."""
     bins, _ = np.nonzero(balance.counted)
-    fresh, lasting = noise_of(balance, FRESH), noise_of(balance, LASTING)
+    known = OF_A_SOUND_MACHINE.of_size(machine.scale)
+    lasting = lasting_of(balance, known)
     return RawGroup(
         missing=balance.missing[balance.counted],
         time_s=balance.seen.time_s[bins],
-        noise=fresh + lasting,
+        noise=noise_of(balance, replace(known, rest_share=0.0, alike_share=0.0)) + lasting,
         lasting=lasting,
         tolerated=tolerance_columns(balance, machine),
         rows_of=lambda change: rows_of(balance, change),
     )
 
 
-FRESH = replace(OF_A_SOUND_MACHINE, rest_share=0.0, alike_share=0.0)
-LASTING = replace(
-    OF_A_SOUND_MACHINE,
-    **dict.fromkeys(("white_n", "white_n_m", "white_foot_n", "sliding_share"), 0.0),
-    **dict.fromkeys(("quick_share", "turning_share", "switched_share", "shaken_share"), 0.0),
-)
-"""The two parts of that noise: what comes anew and fades, and what stuck seals hold."""
+def lasting_of(balance: BodyBalance, known: ForceNoise) -> Array:
+    """The part of the noise that stuck seals hold: see noise_of."""
+    seen, (bins, rows) = balance.seen, np.nonzero(balance.counted)
+    share = np.abs(seen.direction)
+    dry = seen.coulomb_n + SIDE * seen.side_load_n
+    age = friction_age(seen, share, dry, known)[bins]
+    stuck = balance.by_force[bins, rows] * ((1.0 - share) * dry)[bins]
+    out = np.zeros((len(rows), len(rows)))
+    for since, held in zip(age.T, known.rest_share * stuck.T, strict=True):
+        out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(held, held)
+    return out + _held_alike(seen, bins, known.alike_share * stuck, known.alike_s)
 
 
-def noise_of(balance: BodyBalance, known: ForceNoise = OF_A_SOUND_MACHINE) -> Array:
+def _held_alike(seen: RobotSeen, bins: npt.NDArray[np.intp], stuck: Array, for_s: float) -> Array:
+    """Covariance (rows, rows) of friction at rest that the body's last motions left at all feet;
+    `stuck`: (rows, 12) what a row misses by it.
+    """
+    left = np.einsum("ri,rim->rm", stuck, left_by_motions(seen)[bins])
+    time = seen.time_s[bins]
+    return np.asarray(np.exp(-np.abs(time[:, None] - time[None, :]) / for_s) * (left @ left.T))
+
+
+def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
     """Covariance of the group's rows (rows, rows) beside what tolerances make."""
     seen, counted = balance.seen, balance.counted
     bins, rows = np.nonzero(counted)
@@ -276,6 +305,7 @@ def noise_of(balance: BodyBalance, known: ForceNoise = OF_A_SOUND_MACHINE) -> Ar
         swings = known.shaken_share * _swings(_piston(seen))
         held = (1.0 - share) * _shaken(seen)  # a stuck seal takes up what shakes
         anew = np.hypot(anew, np.minimum(np.hypot(swings, held), dry))
+    anew = np.hypot(anew, taken_by_stops(seen))
     age = friction_age(seen, share, dry, known)
     by_axis = balance.by_force[bins, rows]
     for axis in range(len(AXES)):
@@ -286,8 +316,7 @@ def noise_of(balance: BodyBalance, known: ForceNoise = OF_A_SOUND_MACHINE) -> Ar
         out += (apart == 0.0) * np.outer(fresh, fresh)
     if known.alike_share > 0.0:
         held = by_axis * (known.alike_share * (1.0 - share) * dry)[bins]
-        left = np.einsum("ri,rim->rm", held, left_by_motions(seen)[bins])
-        out += np.exp(-apart / known.alike_s) * (left @ left.T)
+        out += _held_alike(seen, bins, held, known.alike_s)
     return np.asarray(out)
 
 
@@ -302,7 +331,7 @@ def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -
     changed = changed + 0.25 * np.abs(np.diff(outside, axis=0, prepend=outside[:1])).sum(
         axis=1, keepdims=True
     )
-    news = np.maximum(changed - NEWS_N, 0.0) / (known.news_share * dry)
+    news = np.maximum(changed - known.news_n, 0.0) / (known.news_share * dry)
     resting = (1.0 - share) * (step / known.rest_memory_s + news)
     return np.asarray(np.cumsum(share * step / known.memory_s + resting, axis=0))
 
@@ -310,6 +339,15 @@ def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -
 def _piston(seen: RobotSeen) -> Array:
     """(n, 12) force of the pistons, N."""
     return seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
+
+
+def taken_by_stops(seen: RobotSeen) -> Array:
+    """(n, 12) force that an end stop may take, N: as much as the oil can push, where the piston may
+    lie at it.
+    """
+    from_end = np.minimum(seen.extension_m, seen.stroke_m - seen.extension_m)
+    most = seen.supply_pa[:, None] * seen.area_a_m2
+    return np.asarray(np.where(from_end < END_SHARE * seen.stroke_m, most, 0.0))
 
 
 def _switched(seen: RobotSeen) -> Array:

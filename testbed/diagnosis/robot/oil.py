@@ -19,15 +19,17 @@ from testbed.compiled import njit
 from testbed.diagnosis.robot.bins import EDGE_S, Bins, Frame
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.rig import through_amplifier
-from testbed.diagnosis.robot.tolerances import standard_deviation
+from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.effects.hydraulics_air import free_share
 from testbed.effects.hydraulics_hose import HOSE_TIMES_S, hose_flow_m3_s
 from testbed.estimation.leg.flow import spool
 from testbed.laws.holding import NO_HOLDING
 from testbed.laws.orifice import LAMINAR_DROP_PA
 from testbed.laws.supply import LOAD_SENSING
+from testbed.machine.groups import Valve
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
+from testbed.machine.scale import Scale
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
@@ -45,6 +47,10 @@ ZERO_PA = 4.0e4
 """Zeros of a sensor and its line, at any warmth (E)."""
 COMPRESSED_SHARE = 0.15
 """Oil in which air goes in and out of solution is known to this share beside its tolerances (E)."""
+CUT_OFF = 0.003
+"""An overlap that is wider than declared within its tolerance cuts small openings off as a wide one
+does (B).
+"""
 SPOOL_OFF = 0.002
 """The spool's place is known to this share of its travel: play, amplifier (E)."""
 PRESSURE_OFF_PA = 1.5e5
@@ -116,7 +122,9 @@ def oil_of(data: Mapping[str, Array], bins: Bins, frame: Frame, robot: Robot) ->
 def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot: Robot) -> Oil:
     machine, axis = robot.machine, robot.machine.axes[AXES[i]]
     time = np.asarray(data["t"], dtype=float)
-    command = through_amplifier(np.asarray(data[f"valve_{AXES[i]}"], dtype=float), time, axis.valve)
+    command = through_amplifier(
+        np.asarray(data[f"valve_{AXES[i]}"], dtype=float), time, _expected(axis.valve)
+    )
     rate_hz = 1.0 / frame.period_s
     place = spool(command, rate_hz, axis.valve.natural_frequency_hz, axis.valve.damping)
     samples = [np.asarray(data[f"pressure_{c}_{AXES[i]}"], dtype=float) for c in "ab"]
@@ -193,6 +201,12 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     )
 
 
+def _expected(valve: Valve) -> Valve:
+    """The valve with the hysteresis that one of its kind may be expected to have."""
+    half_width = middle("axes.*.valve.hysteresis", valve.hysteresis)
+    return valve.model_copy(update={"hysteresis": half_width})
+
+
 def _rounding(bins: Bins, i: int, axis: Axis) -> Array:
     """(n + 1,) m, standard deviation of the encoder's rounding at the edges of the bins.
 
@@ -260,7 +274,7 @@ def root(drop: Array) -> Array:
     return drop / np.sqrt(np.sqrt(drop * drop + LAMINAR_DROP_PA * LAMINAR_DROP_PA))
 
 
-def tolerated(oil: Oil, axis: Axis) -> Iterator[tuple[Array, float]]:
+def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float]]:
     """(change (n, 2), standard deviation) of everything that a sound cylinder's oil and valve may
     differ by.
     """
@@ -276,10 +290,11 @@ def tolerated(oil: Oil, axis: Axis) -> Iterator[tuple[Array, float]]:
             yield column, getattr(valve, f"edge_{name}_leakage_m3_s_pa")
         reading = np.zeros_like(oil.missing)
         reading[:, k] = oil.by_reading[:, k]
-        yield reading, ZERO_PA
+        yield reading, scale.times("Pa") * ZERO_PA
         yield reading * oil.pressure_pa, standard_deviation(f"sensor.gain_{'ab'[k]}@*.gain_error")
     yield oil.by_spool, SPOOL_OFF
     yield oil.by_deadband, max(standard_deviation("axes.*.valve.deadband", valve.deadband), 0.006)
+    yield oil.by_wide_deadband, CUT_OFF
     for number, column in (
         ("internal_leakage_m3_s_pa", oil.by_leak),
         ("bulk_modulus_pa", -oil.by_softness / declared.bulk_modulus_pa**2),
@@ -291,30 +306,35 @@ def tolerated(oil: Oil, axis: Axis) -> Iterator[tuple[Array, float]]:
         )
         yield column, sd
     for k in range(len(HOSE_TIMES_S)):
-        yield oil.by_hose[:, k], max(declared.hose_capacity_m3_pa, HOSE_M3_PA)
+        yield (
+            oil.by_hose[:, k],
+            max(declared.hose_capacity_m3_pa, scale.times("m3/Pa") * HOSE_M3_PA),
+        )
 
 
-def group_of(oil: Oil, i: int, axis: Axis, time_s: Array) -> RawGroup:
+def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
     """The group of cylinder i: chamber A's bins, then B's."""
-    nothing = np.zeros_like(oil.missing)
-    columns = [sd * c.T.ravel() for c, sd in tolerated(oil, axis) if sd > 0.0]
+    nothing, axis = np.zeros_like(oil.missing), machine.axes[AXES[i]]
+    columns = [sd * c.T.ravel() for c, sd in tolerated(oil, axis, machine.scale) if sd > 0.0]
     return RawGroup(
         missing=oil.missing.T.ravel(),
         time_s=np.tile(time_s, 2),
-        noise=noise_of(oil, time_s),
+        noise=noise_of(oil, time_s, machine.scale.times("m3/s")),
         tolerated=np.column_stack(columns),
         rows_of=lambda change: change.oil.get(i, nothing).T.ravel(),
     )
 
 
-def noise_of(oil: Oil, time_s: Array) -> Array:
-    """Covariance (2 n, 2 n) of the group's rows beside what tolerances make."""
+def noise_of(oil: Oil, time_s: Array, flows: float) -> Array:
+    """Covariance (2 n, 2 n) of the group's rows beside what tolerances make; `flows`: what flows of
+    this machine are beside ROBOCLIMBER's.
+    """
     n = len(time_s)
     apart = np.abs(time_s[:, None] - time_s[None, :])
     lasts = np.exp(-apart / MEMORY_S)
-    out = np.eye(2 * n) * WHITE_M3_S**2
+    out = np.eye(2 * n) * (flows * WHITE_M3_S) ** 2
     size = VALVE_SHARE * np.abs(oil.from_supply + oil.to_tank)
-    size = np.hypot(size, VOID_M3_S * oil.void)
+    size = np.hypot(size, flows * VOID_M3_S * oil.void)
     size = np.sqrt(size**2 + oil.by_pressure**2 + (COMPRESSED_SHARE * oil.compressed) ** 2)
     off = SPOOL_OFF * oil.by_spool
     for k in range(2):
@@ -377,7 +397,10 @@ def supply_of(oils: Sequence[Oil], bins: Bins, machine: Machine) -> Supply:
     believed, by_pressure = np.full(bins.count, top), np.full(bins.count, top)
     if unit.supply_kind == LOAD_SENSING:
         ports = (bins.pressure_a_pa, bins.pressure_b_pa)
-        fed = np.stack([one.from_supply for one in oils], axis=1) > OPEN_M3_S
+        fed = (
+            np.stack([one.from_supply for one in oils], axis=1)
+            > machine.scale.times("m3/s") * OPEN_M3_S
+        )
         loads = np.stack(ports, axis=2) * fed
         asked = loads.max(axis=(1, 2)) + unit.load_sensing_margin_pa
         believed = np.where(fed.any(axis=(1, 2)), np.minimum(asked, top), unit.standby_pressure_pa)
