@@ -302,9 +302,9 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
     anew = np.hypot(known.turning_share * turns(seen.direction), known.quick_share) * dry
     anew = np.hypot(anew, known.switched_share * _switched(seen))
     if known.shaken_share > 0.0:
-        swings = known.shaken_share * _swings(_piston(seen))
+        to_and_fro = known.shaken_share * swings(_piston(seen))
         held = (1.0 - share) * _shaken(seen)  # a stuck seal takes up what shakes
-        anew = np.hypot(anew, np.minimum(np.hypot(swings, held), dry))
+        anew = np.hypot(anew, np.minimum(np.hypot(to_and_fro, held), dry))
     anew = np.hypot(anew, taken_by_stops(seen))
     age = friction_age(seen, share, dry, known)
     by_axis = balance.by_force[bins, rows]
@@ -358,19 +358,19 @@ def _switched(seen: RobotSeen) -> Array:
     return np.asarray(np.maximum(changed, later))
 
 
-def _swings(values: Array) -> Array:
+def swings(values: Array) -> Array:
     """(n, k) by how much values (n, k) leave the straight line through the bins beside them, the
     most of each bin and its neighbours: what shakes, or an impact.
     """
-    padded = np.vstack([values[:1], values, values[-1:]])
-    off = np.abs(values - 0.5 * (padded[2:] + padded[:-2]))
+    off = np.zeros_like(values)
+    off[1:-1] = np.abs(values[1:-1] - 0.5 * (values[2:] + values[:-2]))
     near = np.vstack([off[:1], off, off[-1:]])
     return np.asarray(np.maximum(np.maximum(near[:-2], near[2:]), off))
 
 
 def _shaken(seen: RobotSeen) -> Array:
     """(n, 1) a foot's part of the force that the whole machine's shaking asks for, N."""
-    force = np.einsum("nij,nj->ni", seen.asked_by_gravity[:, :3], _swings(seen.gravity))
+    force = np.einsum("nij,nj->ni", seen.asked_by_gravity[:, :3], swings(seen.gravity))
     return np.asarray(np.linalg.norm(force, axis=1, keepdims=True) / seen.foot_m.shape[1])
 
 

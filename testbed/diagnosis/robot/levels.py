@@ -33,7 +33,7 @@ LEAST, MOST = 0.1, 10.0
 """Variance by that of a rough machine."""
 
 
-def balances_at_level(
+def balances_atlevel_of(
     data: Mapping[str, Array],
     robot: Robot,
     ropes_in_world: Array,
@@ -48,7 +48,7 @@ def levelled(balances: Balances) -> Balances:
     best = max(Ledger(balances).best(), key=lambda h: h.log_factor)
     left = left_by(balances, best)
     raw = {
-        key: group.levelled(_level(key, group, left[key])) for key, group in balances.raw.items()
+        key: group.levelled(level_of(key, group, left[key])) for key, group in balances.raw.items()
     }
     signatures = {name: candidate.signature for name, candidate in balances.candidates.items()}
     groups = {key: group.whitened(signatures) for key, group in raw.items()}
@@ -69,7 +69,7 @@ def left_by(balances: Balances, hypothesis: Hypothesis) -> Mapping[str, Array]:
     return out
 
 
-def _level(key: str, group: RawGroup, left: Array) -> Array:
+def level_of(key: str, group: RawGroup, left: Array) -> Array:
     """(rows,) variance of a group's noise by that of a rough machine."""
     if key.startswith(LINE):
         return np.ones(len(left))
