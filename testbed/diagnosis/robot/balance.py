@@ -253,16 +253,23 @@ def of_bin(robot: Robot, measured: Measured, k: int, joint: Array) -> OfBin:
             missing[rows], by_force[rows, own] = force, by
         else:
             missing[:3] += force
-            missing[3:6] += np.cross(feet[leg], force)
+            arm_of_foot = _moment_arm(feet[leg])
+            missing[3:6] += arm_of_foot @ force
             by_force[:3, own] = by
-            by_force[3:6, own] = np.cross(feet[leg], by.T).T
+            by_force[3:6, own] = arm_of_foot @ by
     for side, way in enumerate(measured.rope_way[k]):
         pull = bins.tension_n[k, side] * way
         missing[:3] += pull
-        missing[3:6] += np.cross(robot.model.rope_attachments_m[side], pull)
+        missing[3:6] += _moment_arm(robot.model.rope_attachments_m[side]) @ pull
     drill = {name: values[k] for name, values in bins.drill.items()}
     missing[:6] += known_wrench(robot.model, drill, -lift)
     return OfBin(missing, by_force, foot_force, feet, jacobians, free / arm)
+
+
+def _moment_arm(point: Array) -> Array:
+    """(3, 3) moment about the origin by a force at a point (3)."""
+    x, y, z = point.tolist()
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _side_slopes(force: Array) -> Array:
@@ -307,7 +314,7 @@ def _by_joint(robot: Robot, measured: Measured) -> Array:
     return np.column_stack(lines).reshape(n, 18, len(AXES))
 
 
-EVERY = 5
+EVERY = 10
 STEP = 1e-4
 """m or rad."""
 

@@ -33,7 +33,7 @@ LEAST, MOST = 0.1, 10.0
 """Variance by that of a rough machine."""
 
 
-def balances_atlevel_of(
+def balances_at_level(
     data: Mapping[str, Array],
     robot: Robot,
     ropes_in_world: Array,
@@ -50,8 +50,12 @@ def levelled(balances: Balances) -> Balances:
     raw = {
         key: group.levelled(level_of(key, group, left[key])) for key, group in balances.raw.items()
     }
-    signatures = {name: candidate.signature for name, candidate in balances.candidates.items()}
-    groups = {key: group.whitened(signatures) for key, group in raw.items()}
+    groups = {
+        key: group.whitened(
+            {name: balances.candidates[name].signature for name in balances.groups[key].columns}
+        )
+        for key, group in raw.items()
+    }
     return replace(balances, raw=raw, groups=groups)
 
 
