@@ -29,7 +29,7 @@ ROUGH_ROWS, WHOLE_ROWS = 40.0, 10.0
 """A rough machine's noise is believed as if it had been seen in so many rows, and the whole
 recording's as if in so many of a window (E).
 """
-LEAST, MOST = 0.1, 10.0
+LEAST, MOST = 0.3, 10.0
 """Variance by that of a rough machine."""
 
 
