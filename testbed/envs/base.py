@@ -11,7 +11,7 @@ from __future__ import annotations
 import copy
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from testbed.control.gait import Layered
 from testbed.control.layers.trim import Trim
 from testbed.control.observed import Observed
-from testbed.envs.observations import TABLE, Observer, in_units
+from testbed.envs.increments import INCREMENTS, increase, increased
+from testbed.envs.observations import TABLE, Observer, check_size, in_units
 from testbed.envs.randomisation import draw_overrides, named_set
 from testbed.envs.rewards import (
     HOLDING,
@@ -34,7 +35,6 @@ from testbed.envs.rewards import (
     truth_of_step,
 )
 from testbed.errors import InputError
-from testbed.machine.names import LEGS, SIDES
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.scenario import Scenario, load_scenario
 
@@ -44,14 +44,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Vector = NDArray[np.float32]
 Observation = Vector | dict[str, Vector]
-OFFSET_STEP_M = 1.0e-4
-"""Increment of a vertical set point for an action of 1: one encoder count a step."""
-OFFSET_RANGE_M = 0.02
-"""Furthest that an agent may move a vertical set point."""
-PULL_STEP_N = 200.0
-"""Increment of a wanted rope pull for an action of 1."""
-PULL_RANGE_N = 3.14e4
-"""Rating of a traction device (D)."""
 PICTURE = (480, 360)
 """Width and height of a picture, pixels."""
 TICK_MS = 10
@@ -73,15 +65,6 @@ class Saved:
     """What the environment keeps beside the run."""
 
 
-def action_rows(
-    meaning: str, names: Sequence[str], unit: str, frame: str, size: float
-) -> list[Observed]:
-    """Rows of an action's table: what -1 to 1 means for each of `names`, from -size to size."""
-    return [
-        Observed(f"action_{name}", meaning.format(name), unit, frame, -size, size) for name in names
-    ]
-
-
 class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     """One scenario as an environment. All keyword arguments are plain JSON values.
 
@@ -94,10 +77,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     table: tuple[Observed, ...] = TABLE
     """The observation, index by index."""
-    actions: tuple[Observed, ...] = (
-        *action_rows("vertical set point of {}, increment", LEGS, "m", "joint", OFFSET_STEP_M),
-        *action_rows("wanted pull of the {} rope, increment", SIDES, "N", "along it", PULL_STEP_N),
-    )
+    actions: tuple[Observed, ...] = INCREMENTS
     """The action, index by index."""
     terms: tuple[Term, ...] = HOLDING
     """What the reward is the sum of; a step's share of each is in its `info["reward_terms"]`."""
@@ -241,6 +221,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         run_seed = int(self.np_random.integers(2**32))
         spec = load_scenario(self._scenario, extra, seed=run_seed, duration=self._duration_s)
         self._sim = sim = Simulation(spec, gui=self.render_mode == "human" and _has_display())
+        check_size(sim.machines.belief)
         self._begin(spec)
         self._observer = Observer(sim.data_columns, self.table)
         self._rows = round(self._step_s * spec.rates.record_hz)
@@ -325,12 +306,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     def _order(self, action: Array) -> None:
         """Take an action in [-1, 1] over into set points."""
-        goal = self._trim.goal_m + OFFSET_STEP_M * action[: len(LEGS)]
-        self._trim.goal_m = np.clip(goal, -OFFSET_RANGE_M, OFFSET_RANGE_M)
-        assert self._trim.pull_n is not None
-        self._trim.pull_n = np.clip(
-            self._trim.pull_n + PULL_STEP_N * action[len(LEGS) :], 0.0, PULL_RANGE_N
-        )
+        increase(self._trim, action)
 
     def _run(self) -> tuple[Array, Array]:
         """Let a step's time go by: its rows."""
@@ -339,11 +315,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     def _ordered(self) -> dict[str, float]:
         """What the agent and the drill have ordered so far, by the table's names."""
-        assert self._trim.pull_n is not None
         known = self._sim.machine.drill_known()
         return {
-            **{f"orders.offset_{leg}": self._trim.goal_m[index] for index, leg in enumerate(LEGS)},
-            **{f"orders.pull_{side}": self._trim.pull_n[index] for index, side in enumerate(SIDES)},
+            **increased(self._trim),
             "orders.thrust": known["ordered_thrust"],
             "orders.torque": known["ordered_torque"],
         }
