@@ -84,21 +84,17 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
     piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b
     rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
     rope_way = np.einsum("rj,njk->nrk", ropes_in_world, rotation)
-    coefficient = np.array([_side_coefficient(axis) for axis in machine.axes.values()])
-    stroke_m = robot.linkages.stroke_m
-    side = coefficient * np.column_stack(
-        [
-            side_growth(axis, bins.extension_m[:, i], stroke_m[i])
-            for i, axis in enumerate(machine.axes.values())
-        ]
-    )
+    axes, stroke_m = machine.axes.values(), robot.linkages.stroke_m
+    coefficient = np.array([_side_coefficient(axis) for axis in axes])
+    growth = [side_growth(axis, bins.extension_m[:, i], stroke_m[i]) for i, axis in enumerate(axes)]
+    side = bins.direction * coefficient * np.column_stack(growth)
+    more = np.array([axis.seal.side_load_growth for axis in axes]) / stroke_m
+    growing = bins.direction * coefficient * more * bins.arm_m
     side_load = np.zeros((n, len(AXES)))
     for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
-        dry = bins.direction * (coulomb + side * side_load)
-        force = piston - dry - viscous
-        measured = Measured(
-            bins, force, bins.direction * side, hanging(bins, machine.scale), rope_way
-        )
+        force = piston - (bins.direction * coulomb + side * side_load) - viscous
+        hangs = hanging(bins, machine.scale)
+        measured = Measured(bins, force, side, growing, hangs, rope_way)
         found = [of_bin(robot, measured, k, bins.joint[k]) for k in range(n)]
         foot_force = np.array([one.foot_force for one in found])
         side_load = _side_loads(foot_force)
@@ -206,7 +202,10 @@ class Measured:
     force_n: Array
     """(n, 12) of the pistons less friction."""
     side_friction: Array
-    """(n, 12) believed friction by a newton across the rod, with its sign."""
+    """(n, 12) believed friction by a newton across the rod, with its sign; `side_growing`: what it
+    grows by with a metre or radian of its joint.
+    """
+    side_growing: Array
     hangs: npt.NDArray[np.bool_]
     """(n, 4) feet in the air."""
     rope_way: Array
@@ -296,6 +295,7 @@ def _by_joint(robot: Robot, measured: Measured) -> Array:
     for row, k in enumerate(some):
         joint = measured.bins.joint[k]
         at = of_bin(robot, measured, k, joint)
+        growing = measured.side_growing[k] * _side_loads(at.foot_force[None])[0]
         for i in range(len(AXES)):
             moved = joint.copy()
             moved[i] -= STEP
@@ -307,6 +307,7 @@ def _by_joint(robot: Robot, measured: Measured) -> Array:
                 )
             ]
             friction = measured.side_friction[k] * np.concatenate(felt)
+            friction[i] += growing[i] * STEP
             out[row, :, i] = (at.missing - there.missing - at.by_force @ friction) / STEP
     index = np.arange(n)
     flat = out.reshape(len(some), -1)
