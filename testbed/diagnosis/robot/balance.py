@@ -84,20 +84,21 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
     piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b
     rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
     rope_way = np.einsum("rj,njk->nrk", ropes_in_world, rotation)
+    hangs = hanging(bins, machine.scale)
+    stands = ~np.repeat(hangs, JOINTS_A_LEG, axis=1)  # a foot in the air pushes across no rod
     axes, stroke_m = machine.axes.values(), robot.linkages.stroke_m
     coefficient = np.array([_side_coefficient(axis) for axis in axes])
     growth = [side_growth(axis, bins.extension_m[:, i], stroke_m[i]) for i, axis in enumerate(axes)]
-    side = bins.direction * coefficient * np.column_stack(growth)
+    side = stands * bins.direction * coefficient * np.column_stack(growth)
     more = np.array([axis.seal.side_load_growth for axis in axes]) / stroke_m
-    growing = bins.direction * coefficient * more * bins.arm_m
+    growing = stands * bins.direction * coefficient * more * bins.arm_m
     side_load = np.zeros((n, len(AXES)))
     for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
         force = piston - (bins.direction * coulomb + side * side_load) - viscous
-        hangs = hanging(bins, machine.scale)
         measured = Measured(bins, force, side, growing, hangs, rope_way)
         found = [of_bin(robot, measured, k, bins.joint[k]) for k in range(n)]
         foot_force = np.array([one.foot_force for one in found])
-        side_load = _side_loads(foot_force)
+        side_load = stands * _side_loads(foot_force)
     masses = [robot.model.asked_by_masses(q, -f) for q, f in _each(bins)]
     frames = _slope_frames(rotation, bins)
     seen = RobotSeen(
