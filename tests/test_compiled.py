@@ -40,6 +40,7 @@ def test_a_second_process_loads_what_the_first_compiled_each_loop_its_own(tmp_pa
     assert first[2:] == ["0", "0"] and second[2:] == ["1", "1"]
 
 
+@pytest.mark.slow
 def test_a_home_that_cannot_be_written_to_only_costs_time(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     assert _use(tmp_path / "file")[2:] == ["0", "0"]

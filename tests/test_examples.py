@@ -9,7 +9,11 @@ import pytest
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 MOST_LINES = 40
-MARKS = {"diagnose": [pytest.mark.long], "what_if": [pytest.mark.slow]}
+MARKS = {
+    "diagnose": [pytest.mark.long],
+    "own_controller": [pytest.mark.slow],
+    "what_if": [pytest.mark.slow],
+}
 """What takes more than a minute, and more than a few seconds."""
 SAYS = {
     "diagnose": "sensor.gain_a at fl_vertical",

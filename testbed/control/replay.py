@@ -40,11 +40,16 @@ class Commands:
     """(n,)"""
 
 
-def replay(gait: Gait, rows: NDArray[Any]) -> Commands:
-    """Ask a gait at every tick of recorded rows (n, DataRow), evenly spaced at 100 Hz or more."""
+def rows_at_ticks(rows: NDArray[Any]) -> NDArray[np.intp]:
+    """Which of recorded rows (n, DataRow), evenly spaced at 100 Hz or more, a tick sees."""
     step_s = float(np.median(np.diff(rows["t"])))
     ticks = rows["t"] / TICK_S
-    seen = np.flatnonzero(np.abs(ticks - np.round(ticks)) * TICK_S < 0.5 * step_s)
+    return np.flatnonzero(np.abs(ticks - np.round(ticks)) * TICK_S < 0.5 * step_s)
+
+
+def replay(gait: Gait, rows: NDArray[Any]) -> Commands:
+    """Ask a gait at every tick of recorded rows (n, DataRow)."""
+    seen = rows_at_ticks(rows)
     given = [
         gait.command(float(rows["t"][row]), TICK_S, Measured(rows[row : row + 1])) for row in seen
     ]

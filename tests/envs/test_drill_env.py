@@ -130,7 +130,13 @@ def test_an_action_that_is_not_finite_is_refused() -> None:
     env.close()
 
 
-@pytest.mark.parametrize("name", sorted(sets()))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[] if name == "climb" else pytest.mark.slow)
+        for name in sorted(sets())
+    ],
+)
 def test_every_draw_of_a_set_is_a_scenario(name: str) -> None:
     """And an effect as often as the set says, give or take 4 standard deviations."""
     rng = np.random.default_rng(0)

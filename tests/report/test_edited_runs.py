@@ -73,7 +73,12 @@ SHOWN: dict[str, Edit] = {
 }
 
 
-DRAWN = ("a word for a number", "an effect without numbers", "an estimate is not a number")
+DRAWN = (
+    "a word for a number",
+    "an effect without numbers",
+    "an estimate is not a number",
+    "the last half of the data is gone",
+)
 """What is met after all pictures are drawn."""
 
 

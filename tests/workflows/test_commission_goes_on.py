@@ -76,6 +76,7 @@ def test_a_stage_of_another_machine_or_seed_is_run_again(
     assert _made(monkeypatch, level, place, at=1) == ["level"]
 
 
+@pytest.mark.slow
 def test_recordings_that_cannot_serve_leave_nothing_behind(level: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError):
         commission_any([str(level)], tmp_path / "model.yaml")

@@ -92,7 +92,7 @@ class Distribution:
         """See Layer."""
         self.balance = now = self._statics.look(measured, command.stance)
         before = thread_time() if self.timed else 0.0
-        self.plan = plan = _checked(self.controller.plan(now), self.controller)
+        self.plan = plan = checked_plan(self.controller.plan(now), self.controller)
         if self.timed:
             self.solve_s.append(thread_time() - before)
         if self._gait is None:
@@ -137,7 +137,7 @@ class Distribution:
         self._balanced = self_balanced(now, self._jacobian, self._hidden)
 
 
-def _checked(plan: Plan, controller: object) -> Plan:
+def checked_plan(plan: Plan, controller: object) -> Plan:
     """The plan; InputError where it is none that can be followed, as one of a user's own may be."""
     name = type(controller).__name__
     if not isinstance(plan, Plan):

@@ -139,16 +139,22 @@ def hypotheses_json(verdict: Verdict) -> list[dict[str, Any]]:
 
 
 def summary_rows(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
-    """(header, rows) of a short table: what is missing, and the errors on verify."""
-    rows = []
+    """(header, rows) of a short table: the verdict, what is missing, and the errors on verify."""
+    verdict = diagnosis.verdict
+    rows = [["verdict", verdict.kind, f"probability {verdict.hypotheses[0][1]:.3f}"]]
     for entry in diagnosis.entries:
+        said = f"probability {verdict.probability(entry.name):.3f}"
+        rivals = ", ".join(verdict.ambiguous.get(entry.name, ()))
         rows.append(
             [
                 entry.name,
                 numbers_in_words(entry),
-                f"probability {diagnosis.verdict.probability(entry.name):.3f}",
+                f"{said}, not told from {rivals}" if rivals else said,
             ]
         )
+    for channel, share in verdict.goes_with.items():
+        lowered = f"lowers by {100 * share:.0f} % what is left of recordings left out"
+        rows.append(["candidate", f"{channel} (rides along)", lowered])
     for quantity, unit in (("force_n", "N"), ("flow_m3_s", "m3/s")):
         total = diagnosis.errors.total(quantity)
         if total:

@@ -209,6 +209,7 @@ def test_pressure_never_falls_below_vapour_and_the_void_closes_again() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_stuck_piston_does_not_creep_beyond_its_leakage() -> None:
     tight, leaking = creep(6.0, leakage=False), creep(6.0)
     assert abs(tight.moved_m) < 1e-6
@@ -234,7 +235,7 @@ def test_axes_starve_each_other_on_one_supply() -> None:
 # ---- stable --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("dt", [1e-4, 1e-3, 1e-2])
+@pytest.mark.parametrize("dt", [pytest.param(1e-4, marks=pytest.mark.slow), 1e-3, 1e-2])
 def test_pressures_settle_at_any_step(dt: float) -> None:
     rig = Rig(("hysteresis",))
     rig.given["command"] = 0.5

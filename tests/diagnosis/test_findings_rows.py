@@ -1,0 +1,37 @@
+"""What the console says of a diagnosis."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+from testbed.diagnosis.leg.findings import summary_rows
+from testbed.diagnosis.leg.verdict import Verdict
+from testbed.recording.leg_model import EffectEntry, Parameter
+
+ERRORS = SimpleNamespace(total=lambda quantity: {"identify": 9.0} if quantity == "force_n" else {})
+
+
+def _said(verdict: Verdict, *entries: EffectEntry) -> list[list[str]]:
+    diagnosis = SimpleNamespace(verdict=verdict, entries=entries, errors=ERRORS)
+    return summary_rows(diagnosis)[1]  # type: ignore[arg-type]
+
+
+def test_a_verdict_without_a_name_says_so_and_what_goes_with_it() -> None:
+    verdict = Verdict("unnamed", None, ((("unnamed",), 0.97),), {}, {"current": 0.71})  # type: ignore[arg-type]
+    said = _said(verdict)
+    assert said[0] == ["verdict", "unnamed", "probability 0.970"]
+    assert said[1][1].startswith("current") and "71 %" in said[1][2]
+    assert said[2][1] == "identify 9"
+
+
+def test_a_name_stands_beside_those_that_it_is_not_told_from() -> None:
+    likely = ((("sensor.gain_a",), 0.8), ((), 0.2))
+    verdict = Verdict("effect", None, likely, {"sensor.gain_a": ("declared.bore_m",)})  # type: ignore[arg-type]
+    gain = Parameter(value=-0.03, unit="1", interval90=(-0.04, -0.02))
+    entry = EffectEntry(name="sensor.gain_a", parameters={"gain_error": gain})
+    row = _said(verdict, entry)[1]
+    assert row == [
+        "sensor.gain_a",
+        "gain_error -0.03",
+        "probability 0.800, not told from declared.bore_m",
+    ]
