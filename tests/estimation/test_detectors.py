@@ -17,6 +17,7 @@ from testbed.estimation.detectors.combined import Combined
 from testbed.estimation.detectors.cusum import Cusum
 from testbed.estimation.detectors.glr import Glr
 from testbed.estimation.detectors.held import Held
+from testbed.estimation.detectors.histories import BREAK_AWAY
 from testbed.estimation.detectors.learned import SMOOTH_S, Learned, shipped_network, views_over
 from testbed.estimation.detectors.momentum import Momentum
 from testbed.estimation.detectors.sample import Sample, Watch
@@ -224,7 +225,7 @@ def test_a_view_begins_with_the_loads_in_units_of_the_loss_force() -> None:
     scale = ViewNumbers.one(**Learned.scale)
     views_over(np.asarray(_samples(np.array([2943.0]))), scale, FootMemory.zeros(4), 1e-3, 1, views)
     assert views[0, 0, :12] == pytest.approx(np.arcsinh(10.0))
-    assert VIEW[0] == "own, mean over 2 ms" and len(VIEW) == 35
+    assert VIEW[0] == "own, mean over 2 ms" and len(VIEW) == 57
 
 
 def test_a_view_knows_side_forces_the_balance_and_a_sensor_that_drifts() -> None:
@@ -248,6 +249,29 @@ def test_a_view_knows_side_forces_the_balance_and_a_sensor_that_drifts() -> None
     assert beyond == pytest.approx(800.0)
     assert seen["own less carried, mean over 10 s"] == pytest.approx(1000.0)
     assert seen["own, least of the last 2 s"] == pytest.approx(2000.0)
+    given_back = 1000.0 - BREAK_AWAY * Learned.scale["loss_force"]
+    free = seen["carried without drift, mean over 50 ms"]
+    assert free == pytest.approx(1000.0 + given_back)
+
+
+def test_a_view_knows_how_long_ago_a_foot_was_low_and_which_feet_are_stirred() -> None:
+    """A foot that was in the air for 0.2 s, 0.3 s ago; another one alone feels a drill."""
+    load = np.concatenate([np.full(3000, 5000.0), np.zeros(200), np.full(300, 5000.0)])
+    samples = _samples(load)
+    blows = 400.0 * np.sin(2.0 * np.pi * 20.0 * np.arange(len(load)) * 1e-3)
+    samples["row"]["estimate"]["own"][:, 1:] = 5000.0
+    samples["derived"]["carried"][:, 1:] = 5000.0
+    samples["derived"]["carried"][:, 2] += blows
+    views, scale = np.empty((1, 4, len(VIEW))), ViewNumbers.one(**Learned.scale)
+    views_over(np.asarray(samples), scale, FootMemory.zeros(4), 1e-3, len(load), views)
+    bounced, _, drilled, still = (dict(zip(VIEW, foot, strict=True)) for foot in views[0])
+    since = 0.02 * (10.0 ** bounced["how long ago it was below the loss force"] - 1.0)
+    assert since == pytest.approx(0.3, abs=0.02)
+    low = bounced["share of the last 2 s in which it was below the loss force"]
+    assert 0.06 < low < 0.1
+    assert drilled["share of the last 2 s in which it was below the loss force"] == 0.0
+    stirred = "carried, stirred within 50 ms, beside all feet"
+    assert drilled[stirred] > 0.5 > 0.0 > still[stirred]
 
 
 def _leak_free() -> np.ndarray:

@@ -56,7 +56,7 @@ class Recorded(Benchmark[Scene]):
 
     def without(self) -> tuple[str, ...]:
         """What is made of a recording is no part of it."""
-        ours = ("benchmark", "floor", "rivals", "score", "summary", "training", "warning*")
+        ours = ("benchmark", "floor", "limit", "rivals", "score", "summary", "training", "warning*")
         detectors = Path(inspect.getfile(Detector)).parent.iterdir()
         return (
             *(f"benchmarks/contact_loss/{name}.py" for name in ours),
@@ -215,7 +215,9 @@ class ContactLoss(Benchmark[Scene]):
         with user_code():
             for name, thresholds in self.grids if case.kind != "supervised" else ():
                 score, hold = scores_of(name, tape, case)
-                found[name] = scored(score[late], np.array(thresholds), reference, hold)
+                found[name] = scored(
+                    score[late], np.array(thresholds), reference, hold, name not in self.own
+                )
         own = tape.samples["row"]["estimate"]["own"][late]
         square = squares(own - tape.load_n[late], reference)
         return {"detectors": found, "square": square, "warning": outcomes(case, tape, reference)}

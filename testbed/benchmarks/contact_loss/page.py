@@ -5,15 +5,21 @@ from __future__ import annotations
 from typing import Any
 
 from testbed import __version__
+from testbed.benchmarks.contact_loss import floor, limit
 from testbed.benchmarks.contact_loss.score import CLASSES
 from testbed.benchmarks.contact_loss.summary import COMMISSIONED
+from testbed.estimation.detectors.learned import Patient
+from testbed.estimation.detectors.table import BEST, LIVE
 from testbed.report.page import Filters, render
 from testbed.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RC, SKY, VERMILION, svg
 
 Tree = dict[str, Any]
 LOOKS: dict[str, tuple[str, str]] = {
     "floor": (BLACK, "-"),
+    limit.ONE: (GREY, ":"),
+    limit.FOUR: (BLACK, "--"),
     "learned": (PURPLE, "-"),
+    "patient": (PURPLE, ":"),
     "held": (VERMILION, "-"),
     "steady": (ORANGE, "--"),
     "combined": (BLUE, "-"),
@@ -28,6 +34,9 @@ LOOKS: dict[str, tuple[str, str]] = {
     "momentum": (PURPLE, "--"),
     "multiple_model": (SKY, "--"),
 }
+
+TRADED = (floor.NAME, *limit.TEXTS, LIVE, BEST, Patient.name)
+"""Whose recall is shown at several rates of false alarms."""
 
 
 def page(result: Tree) -> str:
@@ -48,6 +57,7 @@ def page(result: Tree) -> str:
         "last": last,
         "final": final,
         "shown": [final["detectors"][0], best],
+        "traded": [d for d in final["detectors"] if d["name"] in TRADED],
         "curves": svg(curves(result | {"detectors": final["detectors"]}), "curves"),
         "version": __version__,
     }

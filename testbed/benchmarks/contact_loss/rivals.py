@@ -1,5 +1,5 @@
 """Who is compared: all shipped detectors, one that sees single forces alone, the user's own, and
-the floor.
+the floor and the limits that nobody can use.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.contact_loss import floor
+from testbed.benchmarks.contact_loss import floor, limit
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene
 from testbed.benchmarks.contact_loss.tapes import Tape
 from testbed.estimation.detectors.base import Hold, scores_over, start
@@ -36,13 +36,17 @@ def rivals(own: Sequence[str] = ()) -> dict[str, str]:
     the user's own.
     """
     shipped = {d.name: d.text for d in DETECTORS} | {SingleForce.name: SingleForce.text}
-    return {floor.NAME: floor.TEXT} | shipped | dict.fromkeys(own, "of your own")
+    unreal = {floor.NAME: floor.TEXT} | limit.TEXTS
+    return unreal | shipped | dict.fromkeys(own, "of your own")
 
 
 def shipped_thresholds() -> dict[str, float]:
-    """Threshold of every shipped detector and of the floor, as its own file has it."""
+    """Threshold of every shipped detector, of the floor and of the limits, as its own file has
+    it.
+    """
     shipped = {d.name: float(d.threshold) for d in DETECTORS}
-    return {floor.NAME: floor.THRESHOLD} | shipped | {SingleForce.name: SingleForce.threshold}
+    unreal = {floor.NAME: floor.THRESHOLD} | limit.THRESHOLDS
+    return unreal | shipped | {SingleForce.name: SingleForce.threshold}
 
 
 def scores_of(name: str, tape: Tape, scene: Scene) -> tuple[Array, Hold]:
@@ -52,6 +56,8 @@ def scores_of(name: str, tape: Tape, scene: Scene) -> tuple[Array, Hold]:
     if name == floor.NAME:
         path = floor.SensorPath.of(scene, tape)
         return floor.floor_scores(tape.normal_n, path, tape.rule, tape.dt_s), floor.HOLD
+    if name in limit.TEXTS:
+        return limit.limit_scores(name, tape, scene), limit.HOLDS[name]
     return detector_scores(name, tape)
 
 
@@ -83,6 +89,8 @@ def grid_of(tapes: Sequence[Tape], own: Sequence[str]) -> dict[str, tuple[float,
         first = (shipped[name],) if name in shipped else ()
         if name == floor.NAME:
             grids[name] = (*first, *FLOOR_THRESHOLDS)
+        elif name in limit.TEXTS:
+            grids[name] = (*first, *limit.GRID)
         elif name == SingleForce.name:
             grids[name] = first
         else:

@@ -40,14 +40,14 @@ Array = NDArray[np.float64]
 Tree = dict[str, Any]
 Split = Literal["tuning", "scoring"]
 Kind = Literal["drill", "crawl", "supervised"]
-FIRST_SEED: dict[str, int] = {"tuning": 0, "scoring": 1000}
+FIRST_SEED: dict[str, int] = {"tuning": 0, "scoring": 61000}
 """Seeds of the two splits never meet; constants, weights and thresholds are set on `tuning`
 alone.
 """
-MACHINES, GROUP, GROUP_SEEDS = 7, 104, 2000
-"""Drawn machines of a group of so many scenes, and how far apart the groups' seeds are. Prime to
-CRAWL_EVERY, so that each machine drills and walks.
-"""
+MACHINES: dict[str, int] = {"tuning": 7, "scoring": 13}
+"""Drawn machines of a group of scenes. Prime to CRAWL_EVERY, so that each drills and walks."""
+GROUP, GROUP_SEEDS = 104, 2000
+"""So many scenes are a group, and so far apart are the groups' seeds."""
 SETTLE_S = 2.0
 """The first seconds, in which everything starts from nothing, are not scored."""
 LENGTH_S: dict[str, float] = {"drill": 20.0, "crawl": 26.0, "supervised": 20.0}
@@ -103,7 +103,7 @@ class Scene:
     @property
     def machine_seed(self) -> int:
         """Seed of its machine."""
-        return self._first_seed + self.number % GROUP % MACHINES
+        return self._first_seed + self.number % GROUP % MACHINES[self.split]
 
     @property
     def _first_seed(self) -> int:

@@ -146,15 +146,35 @@ def squares(error_n: Array, reference: Reference) -> list[list[float]]:
     return [list(map(float, part)) for part in sums]
 
 
-def scored(score: Array, thresholds: Array, reference: Reference, hold: Hold) -> list[Tree]:
-    """A detector's scores (n, 4) at each threshold (m,): see `_counted`."""
+def scored(
+    score: Array, thresholds: Array, reference: Reference, hold: Hold, from_first: bool = False
+) -> list[Tree]:
+    """A detector's scores (n, 4) at each threshold (m,): see `_counted`. `from_first`: the hold
+    belongs to the first threshold, see `raised`.
+    """
     step_s = float(np.median(np.diff(reference.time_s)))
     words = np.empty((len(thresholds), *score.shape), dtype=np.bool_)
-    limits = np.concatenate([limits_at(float(t), hold) for t in thresholds])
+    higher = (thresholds - thresholds[0]) * from_first
+    limits = np.concatenate(
+        [
+            limits_at(float(t), raised(hold, float(h)))
+            for t, h in zip(thresholds, higher, strict=True)
+        ]
+    )
     states = ContactState.zeros(len(thresholds), score.shape[1])
     states["contact"] = 1.0
     _words(np.ascontiguousarray(score), step_s, limits, states, words)
     return [_counted(word, reference, step_s) for word in words]
+
+
+def raised(hold: Hold, higher: float) -> Hold:
+    """The hold at a threshold so much higher: the levels from which a foot counts as loaded again
+    stay where they are. One without a margin has a single level, which moves.
+    """
+    if hold.margin <= 0.0:
+        return hold
+    margin, sure = max(hold.margin + higher, 0.0), max(hold.sure_margin + higher, 0.0)
+    return replace(hold, margin=margin, sure_margin=sure)
 
 
 @njit

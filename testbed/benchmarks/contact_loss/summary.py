@@ -32,6 +32,8 @@ EVENT_S = CALM_S
 supervisor keeps the drill waiting for so long, s."""
 BUDGET_1_H = 1.0
 """False alarms an hour and foot above the floor's, at which detectors are compared with it."""
+TRADED_1_H = (12.0, 25.0, 50.0)
+"""The same at so many, for the trade of recall against false alarms."""
 SLOPES = (20, 40, 60, 75, 86)
 DRIFTING = 2
 """From so many drifting sensors on a scene counts as drifting."""
@@ -205,19 +207,26 @@ def summarise(
         "command": f"testbed contact-loss --hours {hours:g}{options}",
         "hours": round(lowest.hours, 4),
         "machine": scenes[0]["scene"]["machine"] or "drawing board",
-        "losses": len(losses),
         "losses_gradual": sum(loss["gradual"] for loss in losses),
         "losses_meant": sum(loss["meant"] for loss in losses),
         "foot_hours": {word: round(lowest.foot_s[k] / 3600.0, 4) for k, word in enumerate(CLASSES)},
-        "scenes": len(scenes),
         "scenes_drifting": sum(s["drifting"] >= DRIFTING for s in scenes),
         "faults": [f"{s['scene']['number']}: {s['fault']}" for s in scenes if s["fault"]],
         "verdicts": _counted([s["verdict"] for s in scenes]),
-        "machines": len({Scene(**s["scene"]).machine_seed for s in scenes}),
+        **_size(scenes),
         **marks(scenes),
-        COMMISSIONED: marks(commissioned) if commissioned else None,
+        COMMISSIONED: marks(commissioned) | _size(commissioned) if commissioned else None,
         "supervisor": supervisor_marks(every),
         "definitions": DEFINITIONS,
+    }
+
+
+def _size(scenes: Sequence[Tree]) -> Tree:
+    """How much was scored."""
+    return {
+        "losses": sum(len(scene["losses"]) for scene in scenes),
+        "scenes": len(scenes),
+        "machines": len({Scene(**scene["scene"]).machine_seed for scene in scenes}),
     }
 
 
@@ -253,7 +262,21 @@ def _entry(
         "by": {word: _by(found.losses, key) for word, key in groups.items()},
         "at_floor_budget": _at_budget(points, grid, lowest_rate + BUDGET_1_H),
         "curve": _curve(points),
+        "trade": [
+            _traded(_at_budget(points, grid, most))
+            for most in (lowest_rate + BUDGET_1_H, *TRADED_1_H)
+        ],
     }
+
+
+def _traded(found: Tree | None) -> Tree | None:
+    """What of a threshold is shown beside others: recall by class, and what it costs."""
+    if found is None:
+        return None
+    kept = ("threshold", "most_false_alarms_per_hour", "false_alarms_per_hour", "recall")
+    words = (*kept, "delay_p95_s", "false_flight_s_per_hour", "cost_s_per_hour")
+    classes = {word: marks["recall"] for word, marks in found["by_class"].items()}
+    return {word: found[word] for word in words} | {"recall_by_class": classes}
 
 
 def _slope(slope_deg: float) -> str:

@@ -41,7 +41,10 @@ Tree = dict[str, Any]
 BLOCK_ROWS = 1000
 FACTS = "facts.json"
 """What is known of a scene besides, in its folder."""
-TRUE = tuple(f"{kind}_{leg}" for kind in ("contact_normal", "foot_load") for leg in LEGS)
+TRUE = (
+    *(f"{kind}_{leg}" for kind in ("contact_normal", "foot_load") for leg in LEGS),
+    *(f"friction_{leg}_vertical" for leg in LEGS),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +57,8 @@ class Tape:
     """True force along the ground's normal (n, 4), N."""
     load_n: Array
     """True force along the vertical joint's axis (n, 4), N."""
+    friction_n: Array
+    """True friction of the vertical cylinder, against extension (n, 4), N."""
     rule: LossRule
     """What a loss is, on the machine that the robot believes to be."""
     dt_s: float
@@ -158,4 +163,5 @@ def read_tape(folder: Path, model: Path | None = None) -> Tape:
     samples = Watch(belief_of(believed)).samples(replay_rows(run.data, believed))
     columns = np.stack([truth[name] for name in TRUE], axis=1)
     rule = LossRule(nominal_load_n(run.machine))
-    return Tape(samples, columns[:, :4], columns[:, 4:], rule, believed.dt_s)
+    true = columns[:, :4], columns[:, 4:8], columns[:, 8:]
+    return Tape(samples, *true, rule, believed.dt_s)

@@ -12,7 +12,7 @@ from testbed.estimation.detectors.cusum import Cusum
 from testbed.estimation.detectors.expected import Expected
 from testbed.estimation.detectors.glr import Glr
 from testbed.estimation.detectors.held import Held
-from testbed.estimation.detectors.learned import Learned
+from testbed.estimation.detectors.learned import Learned, Patient
 from testbed.estimation.detectors.momentum import Momentum
 from testbed.estimation.detectors.multiple_model import MultipleModel
 from testbed.estimation.detectors.smoothed import Smoothed
@@ -37,6 +37,7 @@ DETECTORS: tuple[type[Any], ...] = (
     Steady,
     Held,
     Learned,
+    Patient,
 )
 LIVE = Held.name
 """The one that the chain steps in its own compiled call; a scenario's default. Of those without a

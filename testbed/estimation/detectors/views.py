@@ -1,5 +1,5 @@
-"""What the learned detector looks at: 35 numbers a foot, made of this sample and of memories of the
-last ones.
+"""What the learned detector looks at: 57 numbers a foot, made of this sample and of memories of the
+last ones, 22 of them in histories.py.
 
 Loads are seen through arsinh(load / loss force): fine around nothing, coarse where a foot is safe,
 alike on machines of any weight. What moves on a short time scale tells a foot in the air from one
@@ -16,7 +16,13 @@ import math
 from typing import Any
 
 from testbed.compiled import njit
-from testbed.formats.records import Record, quantity
+from testbed.estimation.detectors.histories import (
+    HISTORY,
+    History,
+    look_back,
+    remember_history,
+)
+from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import LEGS
 
 LOADS = ("own", "carried", "balance")
@@ -44,7 +50,10 @@ VIEW = (
     "what all feet bear beyond the expected, mean over 100 ms",
     "own, least of the last 2 s",
     *(f"own less {load}, mean over 10 s" for load in BEHIND),
+    *HISTORY,
 )
+PRESENT = len(VIEW) - len(HISTORY)
+"""So many of them are made here."""
 MEAN, STIR = VIEW.index("own, mean over 2 ms"), VIEW.index("carried, 10 ms: how far from that mean")
 EXPECTED, CERTAINTY = VIEW.index("expected"), VIEW.index("standard deviation of own")
 EXTREME = VIEW.index("own, most of the last 300 ms")
@@ -83,6 +92,7 @@ class FootMemory(Record):
     beyond = quantity("N", "running mean of what the foot bears beyond the expected")
     least = quantity("N", "the least that it bore of late")
     behind = quantity("N", "running mean of `own` less a load", per=BEHIND)
+    history = part(History, "its past")
     odds = quantity("1", "the detector's answer so far")
     judged = quantity("1", "1 once there was one")
 
@@ -99,8 +109,10 @@ def _share(dt: float, time_s: float) -> float:
 
 
 @njit
-def remember(row: Any, derived: Any, foot: int, memory: Any, dt: float) -> None:
-    """One sample into the memory of one foot: DataRow, Derived -> FootMemory."""
+def remember(row: Any, derived: Any, foot: int, unit: float, memory: Any, dt: float) -> None:
+    """One sample into the memory of one foot: DataRow, Derived -> FootMemory; `unit`: loss force,
+    N.
+    """
     loads = (row.estimate.own[foot], derived.carried[foot], derived.balance[foot])
     means = memory.means
     started = memory.started != 0.0
@@ -123,6 +135,8 @@ def remember(row: Any, derived: Any, foot: int, memory: Any, dt: float) -> None:
         memory.extremes[most] = max(memory.extremes[most], now)
         memory.extremes[least] = min(memory.extremes[least], now)
     remember_slowly(row, loads, foot, memory, dt)
+    speed = derived.velocity[foot]
+    remember_history(loads[0], loads[1], speed, unit, memory, not started, dt)
     memory.started = 1.0
 
 
@@ -155,7 +169,7 @@ def look(row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: 
     """One sample: DataRow, Derived, FootMemory (4) -> views (4, len(VIEW))."""
     unit = numbers.loss_force
     for foot in range(len(LEGS)):
-        remember(row, derived, foot, memories[foot], dt)
+        remember(row, derived, foot, unit, memories[foot], dt)
     aside = beyond = 0.0
     for foot in range(len(LEGS)):
         aside += memories[foot].aside
@@ -183,3 +197,4 @@ def look(row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: 
         view[LEAST] = math.asinh(m.least / unit)
         for k in range(len(BEHIND)):
             view[BEHIND_BY + k] = math.asinh(m.behind[k] / unit)
+        look_back(memories, foot, row.estimate_own.sd[foot], unit, view[PRESENT:])

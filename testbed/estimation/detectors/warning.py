@@ -92,16 +92,16 @@ class WarningState(Record):
 STEP_S = 5.0e-3
 NUMBERS: Mapping[str, float] = MappingProxyType(
     {
-        "smooth": 0.072,
-        "share": 0.34,
-        "look": 0.187,
-        "look_thrust": 0.38,
+        "smooth": 0.0745,
+        "share": 0.346,
+        "look": 0.1985,
+        "look_thrust": 0.392,
         "warn_at": 310.0,
-        "usual": 4.8,
+        "usual": 5.77,
         "gone": -93.0,
-        "kappa": 0.6,
+        "kappa": 0.47,
         "step": STEP_S,
-        "least": 2340.0,
+        "least": 2000.0,
     }
 )
 """On means of five milliseconds of the own estimate; set on two hundred tuning scenes so that of

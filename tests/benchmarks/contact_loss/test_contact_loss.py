@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from testbed.benchmarks.contact_loss import floor
+from testbed.benchmarks.contact_loss import floor, limit
 from testbed.benchmarks.contact_loss.benchmark import Commissioned, ContactLoss
 from testbed.benchmarks.contact_loss.page import page
 from testbed.benchmarks.contact_loss.rivals import rivals, shipped_thresholds
@@ -23,7 +23,7 @@ from testbed.benchmarks.contact_loss.scenes import (
     draw,
     scenes,
 )
-from testbed.benchmarks.contact_loss.score import CLASSES, Reference, scored
+from testbed.benchmarks.contact_loss.score import CLASSES, Reference, raised, scored
 from testbed.benchmarks.contact_loss.summary import (
     COMMISSIONED,
     Followed,
@@ -36,7 +36,7 @@ from testbed.benchmarks.marks import code
 from testbed.benchmarks.statistics import poisson, wilson
 from testbed.cli import main
 from testbed.errors import InputError
-from testbed.estimation.detectors.base import DROP
+from testbed.estimation.detectors.base import DROP, Hold
 from testbed.estimation.detectors.table import BEST
 from testbed.estimation.losses import LossRule
 from testbed.machine.build import build_machine
@@ -95,6 +95,36 @@ def test_one_pass_counts_at_every_threshold() -> None:
     assert middle["touchdowns_s"] == pytest.approx([0.069]) and never["touchdowns_s"] == []
     assert never["delays_s"] == [None] and sum(never["missed_s"]) == pytest.approx(0.3)
     assert sum(middle["false_flight_s"]) == pytest.approx(0.069)
+
+
+def test_a_higher_threshold_leaves_the_levels_of_a_loaded_foot_where_they_are() -> None:
+    hold = Hold(margin=2.0, dwell_s=0.1, sure_margin=5.0, sure_s=0.01)
+    higher, lower = raised(hold, 1.5), raised(hold, -3.0)
+    assert (higher.margin, higher.sure_margin, higher.dwell_s) == (3.5, 6.5, 0.1)
+    assert (lower.margin, lower.sure_margin) == (0.0, 2.0)
+    assert raised(DROP, 1.5) == DROP
+    off = _reference(_normal((3, 5000, 5000), (0.3, 0, 0), (2, 5000, 5000)))
+    score = np.full((len(off.time_s), 4), -6.0)
+    score[3010:3310, 0], score[3310:4000, 0] = 4.0, -1.5  # loaded again below 1, not below -2
+    own, alone = (
+        scored(score, np.array([0.0, 3.0]), off, hold, first)[1] for first in (True, False)
+    )
+    assert sum(own["false_flight_s"]) == pytest.approx(0.709)
+    assert sum(alone["false_flight_s"]) == pytest.approx(0.109)
+
+
+def test_the_limit_s_sets_hold_the_truth_and_four_feet_know_more_than_one() -> None:
+    rng = np.random.default_rng(4)
+    load, width = rng.uniform(0.0, 9000.0, (500, 4)), np.array([700.0, 900.0, 1100.0, 600.0])
+    middle = load + rng.uniform(-1.0, 1.0, (500, 4)) * width
+    low, high = np.maximum(middle - width, 0.0), middle + width
+    twist = limit.twists(np.zeros((500, 12)))
+    assert twist.sum(axis=1) == pytest.approx(0.0, abs=1e-9)
+    assert np.sign(twist[0]).tolist() in ([1, -1, -1, 1], [-1, 1, 1, -1])
+    below, above = limit.balanced(low, high, load, twist)
+    assert (below <= load + 1e-6).all() and (above >= load - 1e-6).all()
+    assert (below >= low - 1e-6).all() and (above <= high + 1e-6).all()
+    assert (above - below).mean() < 0.6 * (high - low).mean()
 
 
 def _path(oil_degc: float, samples: int, *changes: str) -> floor.SensorPath:
@@ -190,11 +220,11 @@ def test_a_group_of_scenes_shares_its_machines_and_each_of_them_drills_and_walks
     every = scenes("scoring", 6.0)
     first = [s for s in every if s.number < GROUP]
     machines = {s.machine_seed for s in first}
-    assert len(machines) == MACHINES
+    assert len(machines) == MACHINES["scoring"]
     assert machines == {s.machine_seed for s in first if s.kind == "crawl"}
     assert machines == {s.machine_seed for s in first if s.kind == "drill"}
     later = {s.machine_seed for s in every if GROUP <= s.number < 2 * GROUP}
-    assert len(later) == MACHINES and not later & machines
+    assert len(later) == len(machines) and not later & machines
 
 
 def test_hours_are_those_of_single_feet() -> None:
