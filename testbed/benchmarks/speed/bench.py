@@ -173,6 +173,6 @@ def _parts(world: Any, steps: int) -> dict[str, float]:
         for _ in range(steps):
             job()
         out[name] = (time.thread_time() - start) / steps * 1e6
-    out["expected_us"] /= world._every_expected
+    out["expected_us"] /= world._schedule.expected
     out["sensors_us"] += out.pop("noise_us") / SAMPLES
     return out
