@@ -170,19 +170,6 @@ class Ledger:
         courses = min(sizes) > MOST_NUMBERS and len({kind_of(n) for n in names}) == 1
         return courses or any(is_unexplained(n) for n in names)
 
-    def left(self, hypothesis: Hypothesis) -> Mapping[str, float]:
-        """Group -> chi squared by row that the hypothesis leaves."""
-        out = {}
-        for key, group in self.balances.groups.items():
-            rest, first = group.missing.copy(), 0
-            for name in hypothesis.names:
-                size = len(self.balances.candidates[name].signature)
-                if name in group.columns:
-                    rest = rest - group.columns[name] @ hypothesis.mean[first : first + size]
-                first += size
-            out[key] = float(np.mean(rest**2))
-        return out
-
 
 def _parts(time_s: Array) -> npt.NDArray[np.intp]:
     """Which part of the recording rows at these times (rows,) are in, as many rows in each."""
