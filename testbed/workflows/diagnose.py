@@ -168,10 +168,10 @@ def balances_of_run(
     run: RobotRecording, model: Path | None, granted: dict[str, dict[str, float]]
 ) -> Balances:
     """A recording held against the machine as it believes itself to be; see diagnose_recordings."""
-    from testbed.diagnosis.robot.groups import balances_of
+    from testbed.diagnosis.robot.levels import balances_at_level
     from testbed.workflows.estimate import survey_of
     from testbed.world.believed import own_belief
 
     survey = survey_of(run.header.surveyed, run.file)
     robot = survey.robot(own_belief(run.machine, model).machine)
-    return balances_of(run.data, robot, survey.ropes_in_world, granted)
+    return balances_at_level(run.data, robot, survey.ropes_in_world, granted)

@@ -69,6 +69,20 @@ def test_noise_alone_costs_an_effect_its_freedom() -> None:
     assert isinstance(ledger, Ledger)
 
 
+def test_what_one_part_alone_shows_foretells_nothing() -> None:
+    """A jump in one quarter of the rows looks like the effect there; the whole effect is foretold
+    from every quarter.
+    """
+    column = 40.0 * group(np.zeros(30)).rows_of(Change(force={2: np.ones(1)}))
+    jump = np.where(np.arange(30) >= 24, 3.0 * column, 0.0)
+    there = ledger_of({"forces": group(column)}, (LEFT,), spread=50.0)
+    once = ledger_of({"forces": group(jump)}, (LEFT,), spread=50.0)
+    assert there.foreseen((LEFT,)) > 0.9 * there.hypothesis((LEFT,)).log_factor
+    assert once.hypothesis((LEFT,)).log_factor > 10.0 > 0.0 > once.foreseen((LEFT,))
+    assert once.best()[0].log_factor == pytest.approx(once.foreseen((LEFT,)))
+    assert once.foreseen(()) == 0.0
+
+
 @pytest.mark.parametrize("sure", [-3.0, 0.0, 2.0])
 def test_a_number_that_cannot_be_negative_counts_by_its_positive_share(sure: float) -> None:
     assert log_twice_above(sure) == pytest.approx(math.log(2.0 * float(norm.cdf(sure))))

@@ -10,13 +10,24 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE, left_by_motions, taken_by_stops
+from testbed.diagnosis.robot.balance import side_growth
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.forces import (
+    OF_A_SOUND_MACHINE,
+    left_by_motions,
+    swings,
+    taken_by_stops,
+)
+from testbed.diagnosis.robot.hypotheses import Hypothesis
+from testbed.diagnosis.robot.levels import left_by, level_of
 from testbed.diagnosis.robot.oil import Oil, displaced
 from testbed.effects.force_cushion import BEYOND_M, Cushion
 from testbed.effects.hydraulics_air import compliance_1_pa, free_share
+from testbed.machine.build import build_machine
 from testbed.machine.scale import ROBOCLIMBER, Scale
 
 STEP_S = 0.1
+NOTHING = Hypothesis((), 0.0, np.zeros(0), np.zeros((0, 0)))
 
 
 def oil(rounding_m: list[float], play_m: list[float]) -> Oil:
@@ -48,6 +59,43 @@ def test_seals_at_rest_are_left_as_the_body_moved_on_its_feet() -> None:
     back = np.column_stack([feet[0, :, 1], -feet[0, :, 0], np.zeros(4)])
     assert np.sign(about_z) == pytest.approx(np.sign(back)) and np.abs(left).max() <= 1.0
     assert np.abs(about_z[:, 0]).max() < 1.0  # the nearer way is the shorter
+
+
+def test_a_recording_says_itself_how_noisy_it_is_and_when() -> None:
+    quiet, loud = 0.3, 2.0
+    time = STEP_S * np.arange(400)
+    rng = np.random.default_rng(0)
+    missing = rng.normal(size=400) * np.where(time < 20.0, quiet, loud)
+    flat = RawGroup(
+        missing=missing,
+        time_s=time,
+        noise=2.0 * np.eye(400),
+        lasting=np.eye(400),
+        tolerated=np.zeros((400, 1)),
+        rows_of=lambda change: change.force[0][0] * np.ones(400),
+    )
+    still = cast(Any, SimpleNamespace(raw={"oil x": flat}, groups={"oil x": flat.whitened({})}))
+    still.candidates = {}
+    level = level_of("oil x", flat, left_by(still, NOTHING)["oil x"])
+    assert 0.5 * quiet**2 < level[:150].mean() < 0.7  # each window is held to the whole run
+    assert level[-150:].mean() > 2.0 * level[:150].mean()
+    noise = flat.levelled(level).noise
+    assert np.diag(noise) == pytest.approx(1.0 + level) and noise[0, 1] == 0.0
+    assert level_of("line x", flat, missing) == pytest.approx(1.0)
+
+
+def test_side_friction_grows_along_the_stroke_as_declared() -> None:
+    axis = build_machine().axes["fl_radial"]
+    assert side_growth(axis, np.array([0.25, 0.0, 0.5]), 0.5) == pytest.approx(
+        1.0 + axis.seal.side_load_growth * np.array([0.0, -0.5, 0.5])
+    )
+
+
+def test_what_shakes_stands_off_the_line_through_its_neighbours() -> None:
+    ramp = np.linspace(0.0, 9.0, 10)[:, None]
+    assert swings(ramp) == pytest.approx(0.0, abs=1e-12)
+    ramp[5] += 2.0
+    assert swings(ramp)[4:7, 0] == pytest.approx(2.0) and swings(ramp)[2, 0] == 0.0
 
 
 def test_a_piston_inside_its_cushion_all_along_shows_it() -> None:

@@ -32,13 +32,16 @@ KINDS = (
     *("double", "single", "clean", "single", "clean"),
 )
 """Of every 50 runs 20 are sound, 19 hide one effect, 6 hide two and 5 one that no name covers."""
-SECONDS = 14.0
+SECONDS = 20.0
+"""Most of a cycle of the crawl, two sways or more of a standing robot."""
 AGAIN = 5000
 """Seeds of second recordings are so much higher."""
 PHASES = (
     {"kind": "push", "duration_s": 3.5, "feed_n": 3000},
     {"kind": "hammer", "duration_s": 5.5, "feed_n": 5000, "blow_hz": 30, "blow_n": 1500},
     {"kind": "pull_out", "duration_s": 3, "pull_n": 7000},
+    {"kind": "push", "duration_s": 3.5, "feed_n": 4500},
+    {"kind": "pull_out", "duration_s": 2.5, "pull_n": 5000},
 )
 
 

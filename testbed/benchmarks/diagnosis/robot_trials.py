@@ -87,11 +87,11 @@ def names_in(said: dict[str, Any]) -> list[str]:
 
 def balances_in(run: Run) -> Balances:
     """A run's balances with the shipped machine as what the robot believes."""
-    from testbed.diagnosis.robot.groups import balances_of
+    from testbed.diagnosis.robot.levels import balances_at_level
     from testbed.workflows.estimate import survey_of
 
     survey = survey_of(run.surveyed, Path("run"))
-    return balances_of(run.data, survey.robot(build_machine()), survey.ropes_in_world, {})
+    return balances_at_level(run.data, survey.robot(build_machine()), survey.ropes_in_world, {})
 
 
 def visible(ledger: Ledger, case: Drawn) -> list[str]:

@@ -84,13 +84,18 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
     piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b
     rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
     rope_way = np.einsum("rj,njk->nrk", ropes_in_world, rotation)
-    side = np.array([_side_coefficient(axis) for axis in machine.axes.values()])
-    side_load, hangs = np.zeros((n, len(AXES))), hanging(bins, machine.scale)
+    hangs = hanging(bins, machine.scale)
     stands = ~np.repeat(hangs, JOINTS_A_LEG, axis=1)  # a foot in the air pushes across no rod
+    axes, stroke_m = machine.axes.values(), robot.linkages.stroke_m
+    coefficient = np.array([_side_coefficient(axis) for axis in axes])
+    growth = [side_growth(axis, bins.extension_m[:, i], stroke_m[i]) for i, axis in enumerate(axes)]
+    side = stands * bins.direction * coefficient * np.column_stack(growth)
+    more = np.array([axis.seal.side_load_growth for axis in axes]) / stroke_m
+    growing = stands * bins.direction * coefficient * more * bins.arm_m
+    side_load = np.zeros((n, len(AXES)))
     for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
-        dry = bins.direction * (coulomb + side * side_load)
-        force = piston - dry - viscous
-        measured = Measured(bins, force, stands * bins.direction * side, hangs, rope_way)
+        force = piston - (bins.direction * coulomb + side * side_load) - viscous
+        measured = Measured(bins, force, side, growing, hangs, rope_way)
         found = [of_bin(robot, measured, k, bins.joint[k]) for k in range(n)]
         foot_force = np.array([one.foot_force for one in found])
         side_load = stands * _side_loads(foot_force)
@@ -110,7 +115,7 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
         pressure_b_rate=bins.pressure_b_rate,
         area_a_m2=area_a,
         area_b_m2=area_b,
-        stroke_m=robot.linkages.stroke_m,
+        stroke_m=stroke_m,
         coulomb_n=coulomb,
         viscous_n=viscous,
         load_n=np.array([one.load for one in found]),
@@ -173,6 +178,13 @@ def _side_coefficient(axis: Axis) -> float:
     return middle("axes.*.seal.side_load_coefficient", axis.seal.side_load_coefficient)
 
 
+def side_growth(axis: Axis, extension_m: Array, stroke_m: float) -> Array:
+    """(n,) friction by side load at extensions (n,), over that at mid-stroke: a frame that is drawn
+    out overhangs by more.
+    """
+    return np.asarray(1.0 + axis.seal.side_load_growth * (extension_m / stroke_m - 0.5))
+
+
 def _side_loads(foot_force: Array) -> Array:
     """(n, 12) force across each rod: a vertical frame takes the foot's force along the slope, a
     radial one its load.
@@ -191,7 +203,10 @@ class Measured:
     force_n: Array
     """(n, 12) of the pistons less friction."""
     side_friction: Array
-    """(n, 12) believed friction by a newton across the rod, with its sign."""
+    """(n, 12) believed friction by a newton across the rod, with its sign; `side_growing`: what it
+    grows by with a metre or radian of its joint.
+    """
+    side_growing: Array
     hangs: npt.NDArray[np.bool_]
     """(n, 4) feet in the air."""
     rope_way: Array
@@ -238,16 +253,23 @@ def of_bin(robot: Robot, measured: Measured, k: int, joint: Array) -> OfBin:
             missing[rows], by_force[rows, own] = force, by
         else:
             missing[:3] += force
-            missing[3:6] += np.cross(feet[leg], force)
+            arm_of_foot = _moment_arm(feet[leg])
+            missing[3:6] += arm_of_foot @ force
             by_force[:3, own] = by
-            by_force[3:6, own] = np.cross(feet[leg], by.T).T
+            by_force[3:6, own] = arm_of_foot @ by
     for side, way in enumerate(measured.rope_way[k]):
         pull = bins.tension_n[k, side] * way
         missing[:3] += pull
-        missing[3:6] += np.cross(robot.model.rope_attachments_m[side], pull)
+        missing[3:6] += _moment_arm(robot.model.rope_attachments_m[side]) @ pull
     drill = {name: values[k] for name, values in bins.drill.items()}
     missing[:6] += known_wrench(robot.model, drill, -lift)
     return OfBin(missing, by_force, foot_force, feet, jacobians, free / arm)
+
+
+def _moment_arm(point: Array) -> Array:
+    """(3, 3) moment about the origin by a force at a point (3)."""
+    x, y, z = point.tolist()
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _side_slopes(force: Array) -> Array:
@@ -274,6 +296,7 @@ def _by_joint(robot: Robot, measured: Measured) -> Array:
     for row, k in enumerate(some):
         joint = measured.bins.joint[k]
         at = of_bin(robot, measured, k, joint)
+        growing = measured.side_growing[k] * _side_loads(at.foot_force[None])[0]
         for i in range(len(AXES)):
             moved = joint.copy()
             moved[i] -= STEP
@@ -285,6 +308,7 @@ def _by_joint(robot: Robot, measured: Measured) -> Array:
                 )
             ]
             friction = measured.side_friction[k] * np.concatenate(felt)
+            friction[i] += growing[i] * STEP
             out[row, :, i] = (at.missing - there.missing - at.by_force @ friction) / STEP
     index = np.arange(n)
     flat = out.reshape(len(some), -1)
@@ -292,7 +316,7 @@ def _by_joint(robot: Robot, measured: Measured) -> Array:
     return np.column_stack(lines).reshape(n, 18, len(AXES))
 
 
-EVERY = 5
+EVERY = 10
 STEP = 1e-4
 """m or rad."""
 

@@ -96,7 +96,7 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
     weights = distribution(signs, calibration())
     verdict = _verdict(ledger, tried, weights, {})
     while verdict.kind == "effect":
-        failed = _failed(balances, verdict.chosen)
+        failed = _failed(ledger, verdict.chosen)
         if not failed:
             break
         weights = _without(weights, failed)
@@ -165,24 +165,26 @@ def _ambiguous(chosen: Hypothesis, tried: Sequence[Hypothesis]) -> dict[str, tup
     return out
 
 
-def _failed(balances: Balances, chosen: Hypothesis) -> dict[str, str]:
+def _failed(ledger: Ledger, chosen: Hypothesis) -> dict[str, str]:
     """Names of the chosen set that do not stand their trials, with the reason."""
     width = float(calibration()["width"])
     out, first = {}, 0
     for name in chosen.names:
-        size = len(balances.candidates[name].signature)
+        size = len(ledger.balances.candidates[name].signature)
         own = slice(first, first + size)
         first += size
         mean, inside = chosen.mean[own], chosen.covariance[own, own] * width**2
         if float(mean @ np.linalg.solve(inside, mean)) < LEAST_WALD * np.sqrt(size):
             out[name] = "its interval contains zero"
             continue
-        others = [n for n in chosen.names if n != name]
-        if _predicts(balances, chosen.names) <= _predicts(balances, others):
-            out[name] = "what was kept back is predicted no better with it"
+        others = tuple(n for n in chosen.names if n != name)
+        if ledger.foreseen(chosen.names) - ledger.foreseen(others) < LEAST_FORESEEN:
+            out[name] = "parts of the recording that were kept back are predicted no better with it"
     return out
 
 
+LEAST_FORESEEN = 2.0
+"""Parts that are kept back must be likelier with an effect by this in ln (E)."""
 LEAST_WALD = 2.7
 """1.645 squared: the interval of 90 % of a single number excludes zero."""
 
@@ -206,19 +208,6 @@ def _errors(balances: Balances, chosen: Hypothesis, key: str) -> dict[str, float
     refit, after = group.unpredicted(_until(group), _scaled(balances, chosen.names))
     before = group.size(group.missing[kept], kept)
     return {"before": before, "refit": refit, "after": after}
-
-
-def _predicts(balances: Balances, names: Sequence[str]) -> float:
-    """Ln of the Bayes factor of a set against a sound machine on the part kept back, predicted from
-    the rest.
-    """
-    scaled = _scaled(balances, names)
-    groups = [
-        group
-        for key, group in balances.raw.items()
-        if any(name in balances.groups[key].columns for name in names)
-    ]
-    return sum(group.predicts(_until(group), scaled) for group in groups)
 
 
 def _scaled(balances: Balances, names: Sequence[str]) -> list[Signature]:

@@ -15,7 +15,7 @@ Sets of effects are as cheap: one factorisation of C serves them all.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -59,11 +59,14 @@ class RawGroup:
     """(rows,)"""
     time_s: Array
     noise: Array
-    """(rows, rows) covariance of what nobody knows in any machine."""
+    """(rows, rows) covariance of what nobody knows in any machine; `lasting`: the part of it that
+    lasts, which a recording cannot show to be smaller.
+    """
     tolerated: Array
     """(rows, k) columns of what a sound machine may differ by, each one standard deviation."""
     rows_of: Callable[[Change], Array]
     """A column of the group: what a change of the believed machine does to its rows."""
+    lasting: Array | None = None
     unknown: tuple[npt.NDArray[np.intp], ...] = ()
     """Labels (rows,) each: rows of one label have a number in common that nobody can know; what is
     told of the group's errors is without it.
@@ -78,6 +81,13 @@ class RawGroup:
                 rest -= (np.bincount(at, rest) / np.bincount(at))[at]
         return float(np.sqrt(np.mean(rest**2)))
 
+    def levelled(self, level: Array) -> RawGroup:
+        """The group with the noise's variance times `level` (rows,), but for the part that
+        lasts.
+        """
+        root, kept = np.sqrt(level), 0.0 if self.lasting is None else self.lasting
+        return replace(self, noise=kept + root[:, None] * (self.noise - kept) * root)
+
     def whitened(self, candidates: Mapping[str, Signature]) -> Whitened:
         """Divided by its noise; candidates that it does not show are left out."""
         columns = {}
@@ -86,29 +96,6 @@ class RawGroup:
             if np.any(found):
                 columns[name] = found
         return whiten(self.missing, columns, self.noise + self.tolerated @ self.tolerated.T)
-
-    def predicts(self, until_s: float, signatures: Sequence[Signature]) -> float:
-        """Ln of the Bayes factor that these effects (of prior size 1) have against a sound machine
-        in predicting what comes after `until_s` from what is before, and the other way round:
-        evidence of the whole over that of a part.
-        """
-        columns = [self.rows_of(change) for s in signatures for change in s.values()]
-        if not columns:
-            return 0.0
-        learnt = self.time_s < until_s
-        whole = self._factor(columns, np.ones_like(learnt))
-        return 2.0 * whole - self._factor(columns, learnt) - self._factor(columns, ~learnt)
-
-    def _factor(self, columns: Sequence[Array], rows: npt.NDArray[np.bool_]) -> float:
-        """Ln of the Bayes factor on some of the rows."""
-        wide = self.tolerated[rows]
-        inside = self.noise[np.ix_(rows, rows)] + wide @ wide.T
-        white = whiten(self.missing[rows], {"": np.column_stack(columns)[rows]}, inside)
-        design = white.columns[""]
-        gradient = design.T @ white.missing
-        scaled = design.T @ design + np.eye(design.shape[1])
-        gain = float(gradient @ np.linalg.solve(scaled, gradient))
-        return 0.5 * gain - 0.5 * float(np.linalg.slogdet(scaled)[1])
 
     def unpredicted(self, until_s: float, signatures: Sequence[Signature]) -> tuple[float, float]:
         """RMS of what is missing after `until_s`, predicted from what is before by a sound

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.balance import BodyBalance
+from testbed.diagnosis.robot.balance import BodyBalance, side_growth
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.effects import ALL
@@ -79,6 +79,10 @@ class ForceNoise:
     """A piston that turns round: the seal is somewhere on its way from one sense to the other."""
     switched_share: float
     """Share of the change where a load changes from one bin to the next."""
+    shaken_share: float = 0.0
+    """Share of what a piston's force swings to and fro by from bin to bin: its seal turns round
+    within the bin, too. Above 0 stuck seals take up what the machine's shaking asks for.
+    """
 
     def of_size(self, scale: Scale) -> ForceNoise:
         """The same for a machine of another size; these numbers are ROBOCLIMBER's."""
@@ -107,6 +111,7 @@ OF_A_SOUND_MACHINE = ForceNoise(
     quick_share=0.02,
     turning_share=0.5,
     switched_share=0.03,
+    shaken_share=0.25,
 )
 """At rest the numbers under which the balances of 21 drawn sound machines are about likeliest;
 while sliding wider than that: some machines slide far less evenly than most.
@@ -223,7 +228,8 @@ def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
     number, drawn = "seal.side_load_coefficient", seal.side_load_coefficient
     centre = middle(f"axes.*.{number}", drawn)
     side = float(np.hypot(standard_deviation(f"axes.*.{number}", drawn), 0.3 * (centre - drawn)))
-    change = Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i]})
+    grown = side_growth(axis, seen.extension_m[:, i], seen.stroke_m[i])
+    change = Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i] * grown})
     yield Tolerated(change, side, f"{own}.{number}", drawn=centre)
     for lag in (Delay(), LineB()):
         (change,) = lag.signature(seen, axis.name).values()
@@ -241,13 +247,38 @@ def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
 def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
     """The group of a measured robot."""
     bins, _ = np.nonzero(balance.counted)
+    known = OF_A_SOUND_MACHINE.of_size(machine.scale)
+    lasting = lasting_of(balance, known)
     return RawGroup(
         missing=balance.missing[balance.counted],
         time_s=balance.seen.time_s[bins],
-        noise=noise_of(balance, OF_A_SOUND_MACHINE.of_size(machine.scale)),
+        noise=noise_of(balance, replace(known, rest_share=0.0, alike_share=0.0)) + lasting,
+        lasting=lasting,
         tolerated=tolerance_columns(balance, machine),
         rows_of=lambda change: rows_of(balance, change),
     )
+
+
+def lasting_of(balance: BodyBalance, known: ForceNoise) -> Array:
+    """The part of the noise that stuck seals hold: see noise_of."""
+    seen, (bins, rows) = balance.seen, np.nonzero(balance.counted)
+    share = np.abs(seen.direction)
+    dry = seen.coulomb_n + SIDE * seen.side_load_n
+    age = friction_age(seen, share, dry, known)[bins]
+    stuck = balance.by_force[bins, rows] * ((1.0 - share) * dry)[bins]
+    out = np.zeros((len(rows), len(rows)))
+    for since, held in zip(age.T, known.rest_share * stuck.T, strict=True):
+        out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(held, held)
+    return out + _held_alike(seen, bins, known.alike_share * stuck, known.alike_s)
+
+
+def _held_alike(seen: RobotSeen, bins: npt.NDArray[np.intp], stuck: Array, for_s: float) -> Array:
+    """Covariance (rows, rows) of friction at rest that the body's last motions left at all feet;
+    `stuck`: (rows, 12) what a row misses by it.
+    """
+    left = np.einsum("ri,rim->rm", stuck, left_by_motions(seen)[bins])
+    time = seen.time_s[bins]
+    return np.asarray(np.exp(-np.abs(time[:, None] - time[None, :]) / for_s) * (left @ left.T))
 
 
 def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
@@ -270,6 +301,10 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
     spread = np.hypot(spread, seen.line_n + dry * shaken)
     anew = np.hypot(known.turning_share * turns(seen.direction), known.quick_share) * dry
     anew = np.hypot(anew, known.switched_share * _switched(seen))
+    if known.shaken_share > 0.0:
+        to_and_fro = known.shaken_share * swings(_piston(seen))
+        held = (1.0 - share) * _shaken(seen)  # a stuck seal takes up what shakes
+        anew = np.hypot(anew, np.minimum(np.hypot(to_and_fro, held), dry))
     anew = np.hypot(anew, taken_by_stops(seen))
     age = friction_age(seen, share, dry, known)
     by_axis = balance.by_force[bins, rows]
@@ -281,8 +316,7 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
         out += (apart == 0.0) * np.outer(fresh, fresh)
     if known.alike_share > 0.0:
         held = by_axis * (known.alike_share * (1.0 - share) * dry)[bins]
-        left = np.einsum("ri,rim->rm", held, left_by_motions(seen)[bins])
-        out += np.exp(-apart / known.alike_s) * (left @ left.T)
+        out += _held_alike(seen, bins, held, known.alike_s)
     return np.asarray(out)
 
 
@@ -322,6 +356,22 @@ def _switched(seen: RobotSeen) -> Array:
     changed = np.abs(np.diff(piston, axis=0, prepend=piston[:1]))
     later = np.vstack([changed[1:], changed[-1:]])
     return np.asarray(np.maximum(changed, later))
+
+
+def swings(values: Array) -> Array:
+    """(n, k) by how much values (n, k) leave the straight line through the bins beside them, the
+    most of each bin and its neighbours: what shakes, or an impact.
+    """
+    off = np.zeros_like(values)
+    off[1:-1] = np.abs(values[1:-1] - 0.5 * (values[2:] + values[:-2]))
+    near = np.vstack([off[:1], off, off[-1:]])
+    return np.asarray(np.maximum(np.maximum(near[:-2], near[2:]), off))
+
+
+def _shaken(seen: RobotSeen) -> Array:
+    """(n, 1) a foot's part of the force that the whole machine's shaking asks for, N."""
+    force = np.einsum("nij,nj->ni", seen.asked_by_gravity[:, :3], swings(seen.gravity))
+    return np.asarray(np.linalg.norm(force, axis=1, keepdims=True) / seen.foot_m.shape[1])
 
 
 def left_by_motions(seen: RobotSeen) -> Array:

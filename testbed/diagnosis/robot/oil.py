@@ -19,13 +19,14 @@ from testbed.compiled import njit
 from testbed.diagnosis.robot.bins import EDGE_S, Bins, Frame
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.rig import through_amplifier
-from testbed.diagnosis.robot.tolerances import standard_deviation
+from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.effects.hydraulics_air import free_share
 from testbed.effects.hydraulics_hose import HOSE_TIMES_S, hose_flow_m3_s
 from testbed.estimation.leg.flow import spool
 from testbed.laws.holding import NO_HOLDING
 from testbed.laws.orifice import LAMINAR_DROP_PA
 from testbed.laws.supply import LOAD_SENSING
+from testbed.machine.groups import Valve
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
 from testbed.machine.scale import Scale
@@ -46,6 +47,10 @@ ZERO_PA = 4.0e4
 """Zeros of a sensor and its line, at any warmth (E)."""
 COMPRESSED_SHARE = 0.15
 """Oil in which air goes in and out of solution is known to this share beside its tolerances (E)."""
+CUT_OFF = 0.003
+"""An overlap that is wider than declared within its tolerance cuts small openings off as a wide one
+does (B).
+"""
 SPOOL_OFF = 0.002
 """The spool's place is known to this share of its travel: play, amplifier (E)."""
 PRESSURE_OFF_PA = 1.5e5
@@ -117,7 +122,9 @@ def oil_of(data: Mapping[str, Array], bins: Bins, frame: Frame, robot: Robot) ->
 def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot: Robot) -> Oil:
     machine, axis = robot.machine, robot.machine.axes[AXES[i]]
     time = np.asarray(data["t"], dtype=float)
-    command = through_amplifier(np.asarray(data[f"valve_{AXES[i]}"], dtype=float), time, axis.valve)
+    command = through_amplifier(
+        np.asarray(data[f"valve_{AXES[i]}"], dtype=float), time, _expected(axis.valve)
+    )
     rate_hz = 1.0 / frame.period_s
     place = spool(command, rate_hz, axis.valve.natural_frequency_hz, axis.valve.damping)
     samples = [np.asarray(data[f"pressure_{c}_{AXES[i]}"], dtype=float) for c in "ab"]
@@ -192,6 +199,12 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_hose=np.stack([np.column_stack([flow, np.zeros(bins.count)]) for flow in hoses], axis=1),
         by_edge_leak=-edge,
     )
+
+
+def _expected(valve: Valve) -> Valve:
+    """The valve with the hysteresis that one of its kind may be expected to have."""
+    half_width = middle("axes.*.valve.hysteresis", valve.hysteresis)
+    return valve.model_copy(update={"hysteresis": half_width})
 
 
 def _rounding(bins: Bins, i: int, axis: Axis) -> Array:
@@ -281,6 +294,7 @@ def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float
         yield reading * oil.pressure_pa, standard_deviation(f"sensor.gain_{'ab'[k]}@*.gain_error")
     yield oil.by_spool, SPOOL_OFF
     yield oil.by_deadband, max(standard_deviation("axes.*.valve.deadband", valve.deadband), 0.006)
+    yield oil.by_wide_deadband, CUT_OFF
     for number, column in (
         ("internal_leakage_m3_s_pa", oil.by_leak),
         ("bulk_modulus_pa", -oil.by_softness / declared.bulk_modulus_pa**2),

@@ -1,0 +1,91 @@
+"""How noisy a recording is by itself: machines differ in how evenly they slide, and motions in how
+they shake.
+
+The noise of each group of balances (forces.py, oil.py ...) is that of a rough machine. What the
+likeliest hypothesis leaves of a recording, divided by that noise, says by how much this one is
+quieter or louder, and when. What lasts, and what a workshop's tolerances leave, stays as it is: one
+recording cannot show it to be smaller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.groups import FORCES, LINE, Balances, balances_of
+from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
+from testbed.robot.robot import Robot
+
+Array = npt.NDArray[np.float64]
+WINDOWS_S = {FORCES: 1.0, "supply": 1.0, "oil": 0.5}
+"""Groups whose noise is taken over so long to either side: a walk shakes at touchdown, a valve's
+flow is known worst where it switches.
+"""
+ROUGH_ROWS, WHOLE_ROWS = 40.0, 10.0
+"""A rough machine's noise is believed as if it had been seen in so many rows, and the whole
+recording's as if in so many of a window (E).
+"""
+LEAST, MOST = 0.3, 10.0
+"""Variance by that of a rough machine."""
+
+
+def balances_at_level(
+    data: Mapping[str, Array],
+    robot: Robot,
+    ropes_in_world: Array,
+    granted: Mapping[str, Mapping[str, float]],
+) -> Balances:
+    """`groups.balances_of`, divided by the noise that the recording itself shows."""
+    return levelled(balances_of(data, robot, ropes_in_world, granted))
+
+
+def levelled(balances: Balances) -> Balances:
+    """The balances divided by the noise that the recording itself shows."""
+    best = max(Ledger(balances).best(), key=lambda h: h.log_factor)
+    left = left_by(balances, best)
+    raw = {
+        key: group.levelled(level_of(key, group, left[key])) for key, group in balances.raw.items()
+    }
+    groups = {
+        key: group.whitened(
+            {name: balances.candidates[name].signature for name in balances.groups[key].columns}
+        )
+        for key, group in raw.items()
+    }
+    return replace(balances, raw=raw, groups=groups)
+
+
+def left_by(balances: Balances, hypothesis: Hypothesis) -> Mapping[str, Array]:
+    """Group -> what a hypothesis leaves of its rows, divided by their noise."""
+    out = {}
+    for key, group in balances.groups.items():
+        rest, first = group.missing.copy(), 0
+        for name in hypothesis.names:
+            size = len(balances.candidates[name].signature)
+            if name in group.columns:
+                rest -= group.columns[name] @ hypothesis.mean[first : first + size]
+            first += size
+        out[key] = rest
+    return out
+
+
+def level_of(key: str, group: RawGroup, left: Array) -> Array:
+    """(rows,) variance of a group's noise by that of a rough machine."""
+    if key.startswith(LINE):
+        return np.ones(len(left))
+    unknown = sum(len(np.unique(labels)) for labels in group.unknown)
+    rows = max(len(left) - unknown, 0)
+    whole = float(ROUGH_ROWS + left @ left) / (ROUGH_ROWS + rows)
+    window_s = WINDOWS_S.get(key.split(" ")[0])
+    if window_s is None:
+        return np.full(len(left), np.clip(whole, LEAST, MOST))
+    order = np.argsort(group.time_s, kind="stable")
+    time, sums = group.time_s[order], np.concatenate([[0.0], np.cumsum(left[order] ** 2)])
+    first = np.searchsorted(time, group.time_s - window_s)
+    last = np.searchsorted(time, group.time_s + window_s)
+    found = (WHOLE_ROWS * whole + sums[last] - sums[first]) / (WHOLE_ROWS + last - first)
+    return np.asarray(np.clip(found, LEAST, MOST))
