@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -169,19 +169,6 @@ class Ledger:
         sizes = [len(self.balances.candidates[n].signature) for n in names]
         courses = min(sizes) > MOST_NUMBERS and len({kind_of(n) for n in names}) == 1
         return courses or any(is_unexplained(n) for n in names)
-
-    def left(self, hypothesis: Hypothesis) -> Mapping[str, float]:
-        """Group -> chi squared by row that the hypothesis leaves."""
-        out = {}
-        for key, group in self.balances.groups.items():
-            rest, first = group.missing.copy(), 0
-            for name in hypothesis.names:
-                size = len(self.balances.candidates[name].signature)
-                if name in group.columns:
-                    rest = rest - group.columns[name] @ hypothesis.mean[first : first + size]
-                first += size
-            out[key] = float(np.mean(rest**2))
-        return out
 
 
 def _parts(time_s: Array) -> npt.NDArray[np.intp]:

@@ -1,7 +1,8 @@
 """From evidence to a distribution over sets of names.
 
-Each hypothesis has ln of a Bayes factor against a sound machine (hypotheses.py), which is exact for
-the linear model and its noise; neither is exact for the machine. So evidence counts by a share of
+Each hypothesis has ln of a Bayes factor against a sound machine (hypotheses.py), as far as it holds
+for parts of the recording that are kept back. It is exact for the linear model and its noise;
+neither is exact for the machine. So evidence counts by a share of
 itself, and a price stands against every step away from a sound machine:
 
     score(none) = 0
