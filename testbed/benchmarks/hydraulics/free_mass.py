@@ -10,7 +10,7 @@ of the step's middle.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -179,12 +179,16 @@ class FreeRig:
 
 @dataclass(frozen=True)
 class FreeMotion:
-    """A motion of the free mass: commands held HOLD_S, and the load over time."""
+    """A motion of the free mass: commands held HOLD_S, and the load over time.
+
+    hoses: their widening is apart from the oil's bulk modulus.
+    """
 
     mass_kg: float
     start_m: float
     commands: Array
     load_n: Callable[[float], float]
+    hoses: bool = False
 
 
 def _pulse(size: float, seconds: float = 0.5, whole_s: float = 1.2) -> Array:
@@ -208,12 +212,17 @@ def _in_the_air(t: float) -> float:
 
 
 AIR_SINE = 0.3 * np.sin(2.0 * np.pi * HOLD_S * np.arange(round(1.5 / HOLD_S)))
-FREE_MOTIONS: Mapping[str, FreeMotion] = {
+_MOTIONS: Mapping[str, FreeMotion] = {
     "lift and hold": FreeMotion(QUARTER_KG, 0.2, _pulse(0.4), _carried),
     "lower and shut": FreeMotion(QUARTER_KG, 0.3, _pulse(-0.3), _carried),
-    "into the stop": FreeMotion(QUARTER_KG, 0.045, _pulse(-0.4, 0.9), _carried),
+    "into the cushion": FreeMotion(QUARTER_KG, 0.045, _pulse(-0.4, 0.9), _carried),
+    "into the stop": FreeMotion(QUARTER_KG, 0.045, _pulse(-0.4, 1.3, 1.4), _carried),
     "stuck ramps": FreeMotion(QUARTER_KG, 0.25, _pulse(0.0), _ramps),
     "air sine": FreeMotion(FRAME_KG, 0.25, AIR_SINE, _in_the_air),
+}
+FREE_MOTIONS: Mapping[str, FreeMotion] = {
+    **_MOTIONS,
+    **{f"{name}, hoses": replace(motion, hoses=True) for name, motion in _MOTIONS.items()},
 }
 
 
@@ -236,7 +245,8 @@ class FreeDifference:
 def compare_free(name: str, step_s: float = STEP_S, rtol: float = 1e-8) -> FreeDifference:
     """One of FREE_MOTIONS at `step_s`, against the reference."""
     motion = FREE_MOTIONS[name]
-    rig = FreeRig.at_rest(motion.mass_kg, motion.load_n(0.0), motion.start_m)
+    load_n = motion.load_n(0.0)
+    rig = FreeRig.at_rest(motion.mass_kg, load_n, motion.start_m, hoses=motion.hoses)
     force, position = rig.reference(motion.commands, motion.load_n, step_s, rtol)
     steps = len(force)
     middles = step_s * (np.arange(steps) + 0.5)

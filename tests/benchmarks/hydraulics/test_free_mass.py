@@ -94,7 +94,20 @@ def test_viscous_friction_is_the_only_damper_that_is_declared() -> None:
     for way in ("outward", "inward"):
         rig.params["seal"][way]["viscous"] = 5000.0
     _, damping = _ringing(rig, 1e-3, 0.6)
-    assert damping == pytest.approx(5000.0 * float(rig.axes[0].thinning), rel=0.02)
+    # Read off the peaks it is 1.1 % too much; the rate told ahead adds 3/8 (w dt)^2.
+    assert damping == pytest.approx(5000.0 * float(rig.axes[0].thinning), rel=0.025)
+
+
+@pytest.mark.parametrize("end", [-1.0, 1.0])
+def test_the_frame_alone_comes_to_rest_on_a_stop(end: float) -> None:
+    """The stiffest contact on the smallest mass: what tells its rate ahead must not drive it."""
+    weight = -FRAME_KG * GRAVITY_M_S2
+    rig = FreeRig.at_rest(FRAME_KG, weight, 0.01 if end < 0.0 else 0.49, hoses=True)
+    steps = 1500
+    forces = rig.run(np.full(steps, end), np.full(steps, weight))["force"]
+    assert float(rig.masses[0].position) < 0.0 if end < 0.0 else rig.masses[0].position > 0.5
+    assert np.abs(forces).max() > 2000.0
+    assert np.ptp(forces[-100:]) < 1.0
 
 
 @pytest.mark.slow
