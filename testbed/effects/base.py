@@ -9,6 +9,7 @@ explain it.
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,7 @@ from testbed.effects.terms import FlowTerms, ForceTerms, Signals, Values
 from testbed.errors import InputError
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES
+from testbed.machine.scale import Scale
 from testbed.recording.leg_model import Friction
 
 MARK = "@"
@@ -178,6 +180,13 @@ class Effect:
         """How large a number of its signature may be expected to be: standard deviation about 0."""
         low, high = self.spec(number).prior
         return max(abs(low), abs(high)) / EXPECTED_WITHIN
+
+    def grows(self, number: str, scale: Scale) -> float:
+        """By what `spread` is multiplied on a machine of this size: the units of the parameters
+        whose product the number is. Metres or radians count as radians, which do not grow.
+        """
+        units = {spec.name: spec.unit.rpartition(" or ")[2] for spec in self.parameters}
+        return math.prod(scale.times(units[part]) for part in number.split() if part in units)
 
     # -- its laws ----------------------------------------------------------------------------------
     def correct(self, signals: Signals, values: Values) -> Signals:

@@ -34,7 +34,9 @@ from testbed.envs.rewards import (
     truth_of_step,
 )
 from testbed.errors import InputError
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS, SIDES
+from testbed.machine.scale import ROBOCLIMBER_KG
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.scenario import Scenario, load_scenario
 
@@ -56,6 +58,8 @@ PICTURE = (480, 360)
 """Width and height of a picture, pixels."""
 TICK_MS = 10
 """A step is a whole number of control ticks of so long."""
+FORCE_SCALES = (0.5, 2.0)
+"""Weights beside ROBOCLIMBER's of the machines that its ranges still fit (E)."""
 DRAWS = 25
 """So many draws in a row that do not stand are no environment."""
 
@@ -80,6 +84,20 @@ def action_rows(
     return [
         Observed(f"action_{name}", meaning.format(name), unit, frame, -size, size) for name in names
     ]
+
+
+def check_size(machine: Machine) -> None:
+    """Refuse a machine so much smaller or larger than ROBOCLIMBER that the ranges of actions and
+    observations, newtons and metres of ROBOCLIMBER, would say little of it. Raises InputError.
+    """
+    low, high = FORCE_SCALES
+    if not low <= machine.scale.force <= high:
+        raise InputError(
+            "is of another size than the ranges of the environments",
+            field="machine",
+            value=f"{machine.total_mass_kg:.4g} kg",
+            allowed=f"{low * ROBOCLIMBER_KG:g} to {high * ROBOCLIMBER_KG:g} kg",
+        )
 
 
 class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
@@ -241,6 +259,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         run_seed = int(self.np_random.integers(2**32))
         spec = load_scenario(self._scenario, extra, seed=run_seed, duration=self._duration_s)
         self._sim = sim = Simulation(spec, gui=self.render_mode == "human" and _has_display())
+        check_size(sim.machines.belief)
         self._begin(spec)
         self._observer = Observer(sim.data_columns, self.table)
         self._rows = round(self._step_s * spec.rates.record_hz)

@@ -37,7 +37,8 @@ effect in the next step. An episode ends (terminated) when the robot falls, slid
 is cut off (truncated) at the scenario's end. Same seed, same bits. `render_mode`: `rgb_array`, `human`. Vectors:
 `gymnasium.make_vec(id, n, vectorization_mode="async")`, autoreset in the next or in the same step. A reset draws a
 machine; `reset(options={"same_machine": True})` begins again on the last one with other noise, a thirtieth of the work.
-`env.unwrapped.save()` and `restore(saved)` go back to any instant of the episode, to the last bit.
+`env.unwrapped.save()` and `restore(saved)` go back to any instant of the episode, to the last bit. Ranges are newtons and
+metres of ROBOCLIMBER: a scenario on a machine of less than half or more than twice its weight is refused.
 """
 
 

@@ -135,5 +135,5 @@ def open_series(path: Path, wanted: Collection[str] | None = None) -> tuple[list
         known = None if wanted is None else [name for name in names if name in wanted]
         _check_size(parts or [place], len(names if known is None else known))
         return names, pq.read_table(place, columns=known) if parts else read_parquet(place, known)
-    except (OSError, pa.ArrowException) as error:
+    except (OSError, UnicodeError, pa.ArrowException) as error:
         raise InputError(f"is not a readable table: {error}", file=place) from error

@@ -96,7 +96,7 @@ def _quantity(item: Mapping[str, Any], file: str, path: str) -> Quantity:
             field=path,
             allowed="value, unit, mark, source",
         )
-    if item.get("mark") not in MARKS:
+    if item.get("mark") not in tuple(MARKS):
         raise InputError(
             "has no valid mark",
             file=file,
@@ -105,8 +105,14 @@ def _quantity(item: Mapping[str, Any], file: str, path: str) -> Quantity:
             allowed=", ".join(MARKS),
         )
     for word in ("unit", "source"):
-        if not item.get(word):
-            raise InputError(f"has no {word}", file=file, field=path)
+        if not (item.get(word) and isinstance(item[word], str)):
+            raise InputError(
+                f"has no {word}",
+                file=file,
+                field=path,
+                value=item.get(word) or None,
+                allowed="words",
+            )
     value = item["value"]
     check_number(value, file, path)
     value = tuple(value) if isinstance(value, list) else value

@@ -45,6 +45,12 @@ class Scale:
         """By Froude's law: gravity is the same."""
         return float(self.length**0.5)
 
+    def times(self, unit: str) -> float:
+        """What a number of this unit grows by, exactly 1 for ROBOCLIMBER: `m3/s` by the length to
+        the power of 2.5.
+        """
+        return float(self.length ** exponent(unit))
+
 
 ROBOCLIMBER = Scale(1.0, 1.0)
 EXPONENTS = {

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from testbed.machine.provenance import Quantity
     from testbed.recording.checker.finding import Checked
 
+LEAST_SLIP_M = 1e-3
+"""Slips below it are not told."""
+
 
 def print_json(value: object) -> None:
     """One JSON value on standard output."""
@@ -135,6 +138,7 @@ def summary_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield from _detector_rows(summary["detector"], summary["contact_losses_not_meant"])
     if "lowest_stability_margin" in summary:
         yield from _motion_rows(summary)
+    yield from _slip_rows(summary)
     expectations = summary.get("expectations")
     if expectations is not None:
         yield "expectations", "met" if expectations["met"] else "; ".join(expectations["unmet"])
@@ -162,6 +166,15 @@ def _motion_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "way up the slope", f"{round(1000 * summary['climbed_m']) + 0:d} mm"
     ropes = summary["rope_tension_max_n"].items()
     yield "rope tension, highest", ", ".join(f"{side} {_newton(rope)}" for side, rope in ropes)
+
+
+def _slip_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """How far feet slid and rope ran through its clamps, where it is a millimetre and more."""
+    slips = {"feet slid": "foot_slip_m", "rope that ran through its clamps": "rope_slip_m"}
+    for words, key in slips.items():
+        slip_m = summary.get(key) or 0.0
+        if slip_m >= LEAST_SLIP_M:
+            yield words, f"{1000 * slip_m:.0f} mm"
 
 
 def _count(number: int, noun: str) -> str:

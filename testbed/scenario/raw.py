@@ -95,7 +95,8 @@ def _find_machine(data: Any, path: Path) -> None:
     part = data.get("machine")
     if not isinstance(part, dict) or not isinstance(part.get("folder"), str):
         return
-    if (data.get("robot") or {}).get("urdf") is not None:
+    robot = data.get("robot")
+    if isinstance(robot, dict) and robot.get("urdf") is not None:
         raise InputError(
             "beside machine.folder, which has a URDF of its own",
             file=path,

@@ -14,6 +14,7 @@ import queue
 import shutil
 import threading
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -87,8 +88,8 @@ class RunRecorder:
         stay, and are read as the single file would be.
         """
         self.close()
-        for name in SERIES:
-            self._compact(name)
+        with ThreadPoolExecutor(len(SERIES)) as both:
+            list(both.map(self._compact, SERIES))
         if summary is not None:
             write_summary(self.out_dir, summary)
 

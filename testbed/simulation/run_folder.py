@@ -52,7 +52,7 @@ class RunFolder:
             scenario, simulation.machines.belief, self._columns[0], surveyed(simulation)
         )
         self._recorder = RunRecorder(folder, *self._columns, meta)
-        self._album = Album(folder, scenario.duration_s)
+        self._album = Album(folder, scenario.duration_s, copies=not simulation.has_window)
         self._simulation = simulation
         self._rows_a_part = max(scenario.rates.record_hz, LEAST_ROWS_A_PART)
         self._waiting: list[tuple[Array, Array]] = []
@@ -92,7 +92,7 @@ class RunFolder:
         them.
         """
         lost = [*_failing(self._write), *_failing(self._recorder.close)]
-        unjoined = _failing(self._recorder.finish)
+        unjoined = [*_failing(self._recorder.finish), *_failing(self._album.finish)]
         told = lost[0] if lost else None
         unsaid = _failing(lambda: write_summary(self.folder, summary(told)))
         for error in (*lost, *unjoined, *unsaid):

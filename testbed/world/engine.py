@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import sys
 import tempfile
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from operator import itemgetter
@@ -68,6 +69,7 @@ class Engine:
             self.bullet = BulletClient(p.GUI if gui else p.DIRECT)
         if not self.bullet.getConnectionInfo()["isConnected"]:
             raise SimulationFault("the physics engine gave no client")
+        self._given_back = weakref.finalize(self, _disconnect, self.bullet)
         # Called at every step: bound once.
         self._joint_states = self.bullet.getJointStates
         self._base_pose = self.bullet.getBasePositionAndOrientation
@@ -335,9 +337,13 @@ class Engine:
         )
 
     def close(self) -> None:
-        """Give the client back."""
-        with contextlib.suppress(p.error):
-            self.bullet.disconnect()
+        """Give the client back; so does the end of the engine's life or of the process."""
+        self._given_back()
+
+
+def _disconnect(client: BulletClient) -> None:
+    with contextlib.suppress(p.error):
+        client.disconnect()
 
 
 def _packer(state: NDArray[Any]) -> Callable[..., None]:

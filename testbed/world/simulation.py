@@ -71,6 +71,7 @@ class Simulation:
         own: OwnParts = NOTHING_OWN,
     ) -> None:
         self.scenario, self._model, self._own = scenario, model, own
+        self.has_window = gui
         self.machines = machines_of(scenario)
         self.machine: Assembled = assemble(scenario, self.machines, model, gui, own)
         self.data_columns, self.truth_columns = list(DATA_COLUMNS), list(TRUTH_COLUMNS)

@@ -10,10 +10,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.forces import left_by_motions
+from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE, left_by_motions, taken_by_stops
 from testbed.diagnosis.robot.oil import Oil, displaced
 from testbed.effects.force_cushion import BEYOND_M, Cushion
 from testbed.effects.hydraulics_air import compliance_1_pa, free_share
+from testbed.machine.scale import ROBOCLIMBER, Scale
 
 STEP_S = 0.1
 
@@ -67,3 +68,21 @@ def test_free_air_falls_with_pressure_as_the_compliance_says() -> None:
     low, high = 4.0e5, 4.001e5
     fall = (free_share(low) - free_share(high)) / (high - low)
     assert fall == pytest.approx(compliance_1_pa(0.5 * (low + high), 1.0), rel=1e-4)
+
+
+def test_an_end_stop_may_take_all_that_the_oil_can_push_and_nothing_between_the_ends() -> None:
+    stroke, area = np.full(12, 0.5), np.full(12, 4e-3)
+    extension = np.tile([[1e-3], [0.25], [0.4999]], (1, 12))
+    seen = SimpleNamespace(
+        extension_m=extension, stroke_m=stroke, area_a_m2=area, supply_pa=np.full(3, 9e6)
+    )
+    found = taken_by_stops(cast(Any, seen))
+    assert found[:, 0] == pytest.approx([3.6e4, 0.0, 3.6e4])
+
+
+def test_a_machine_of_an_eighth_of_the_weight_is_as_quiet() -> None:
+    half = OF_A_SOUND_MACHINE.of_size(Scale(0.125, 0.5))
+    assert half.white_n == pytest.approx(OF_A_SOUND_MACHINE.white_n / 8.0)
+    assert half.white_n_m == pytest.approx(OF_A_SOUND_MACHINE.white_n_m / 16.0)
+    assert half.rest_share == OF_A_SOUND_MACHINE.rest_share
+    assert OF_A_SOUND_MACHINE.of_size(ROBOCLIMBER) == OF_A_SOUND_MACHINE

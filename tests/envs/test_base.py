@@ -106,6 +106,7 @@ def test_what_is_told_of_the_truth_has_units_and_its_own_memory(env: Roboclimber
         ({"step_ms": 15}, "step_ms = 15: must be whole control ticks"),
         ({"render_mode": "ansi"}, "render_mode = 'ansi': no such mode"),
         ({"scenario": "no_such"}, "no such scenario"),
+        ({"scenario": "quarter_model_stand"}, "machine = '49[0-9.]* kg': is of another size"),
     ],
 )
 def test_arguments_that_cannot_be_used_are_refused(arguments: dict[str, object], said: str) -> None:

@@ -67,6 +67,17 @@ def test_a_score_does_not_depend_on_what_comes_later(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [d.name for d in DETECTORS])
+def test_a_machine_of_an_eighth_of_the_forces_is_judged_alike(name: str) -> None:
+    rng = np.random.default_rng(5)
+    load = np.concatenate([4000.0 + rng.normal(0.0, 300.0, 200), rng.normal(0.0, 200.0, 100)])
+    small, eighth = scaled(detector_of(name), 0.125), _samples(0.125 * load)
+    eighth["row"]["expected"] *= 0.125
+    own = detector_of(name)
+    lost = scores_over(own, _samples(load)) >= own.threshold
+    assert np.array_equal(scores_over(small, eighth) >= small.threshold, lost)
+
+
+@pytest.mark.parametrize("name", [d.name for d in DETECTORS])
 def test_sample_by_sample_gives_the_scores_of_the_whole(name: str) -> None:
     load = 2000.0 + np.random.default_rng(4).normal(0.0, 900.0, 100)
     detector, samples = detector_of(name), _samples(load)

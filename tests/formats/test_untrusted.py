@@ -57,7 +57,11 @@ def test_pipes_and_broken_tables_are_refused(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "broken.parquet").write_bytes(b"PAR1" + bytes(100) + b"PAR1")
     (tmp_path / "words.csv").write_text("t,x\n0,=cmd()\n1,two\n")
-    for name in ("pipe.parquet", "pipe.csv", "broken.parquet", "words.csv"):
+    pq.write_table(pa.table({"xyzzy": np.zeros(9)}), tmp_path / "named.parquet")
+    named = (tmp_path / "named.parquet").read_bytes()
+    (tmp_path / "named.parquet").write_bytes(named.replace(b"xyzzy", b"x\xe1zzy"))
+    broken = ("broken.parquet", "words.csv", "named.parquet")
+    for name in ("pipe.parquet", "pipe.csv", *broken):
         with pytest.raises(InputError, match=name.replace(".", r"\.")):
             read_columns(tmp_path / name, {"x": "x"}, tmp_path / "recording.yaml")
 

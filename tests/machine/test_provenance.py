@@ -30,7 +30,9 @@ def test_numbers_go_by_their_dotted_path_in_the_files_order(tmp_path: Path) -> N
     ("old", "new", "said"),
     [
         ("mark: B", "mark: Z", "body.mass_kg = 'Z': has no valid mark"),
+        ("mark: B", "mark: {B: B}", "body.mass_kg = {'B': 'B'}: has no valid mark"),
         ("unit: kg, ", "", "body.mass_kg: has no unit"),
+        ("unit: kg", "unit: [kg]", "body.mass_kg = ['kg']: has no unit"),
         ("source: scales", "source: ''", "body.mass_kg: has no source"),
         ("source: scales", "source: scales, note: x", "unknown key 'note'"),
         ("value: 3.5", "value: .nan", "is not a finite number"),

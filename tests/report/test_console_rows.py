@@ -46,6 +46,13 @@ def test_losses_delays_and_wrong_seconds_are_the_detectors() -> None:
     assert "detector's delay, median" not in never
 
 
+def test_slips_of_a_millimetre_and_more_are_told() -> None:
+    rows = told(foot_slip_m=0.3021, rope_slip_m=0.0647)
+    assert rows["feet slid"] == "302 mm"
+    assert rows["rope that ran through its clamps"] == "65 mm"
+    assert told(foot_slip_m=0.0004, rope_slip_m=0.0) == told()
+
+
 def test_a_task_says_what_is_left_of_it() -> None:
     walk = {"done": False, "steps_made": 3, "steps_wanted": 8}
     assert told(task="crawl", progress=walk)["task"] == "crawl: unfinished, 3 of 8 steps"

@@ -35,6 +35,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> str:
     for k in range(8):
         album.take(Camera(), float(k))
     album.take_large(Camera(), 8.0)
+    album.finish()
     return write_report(folder).read_text()
 
 
@@ -97,6 +98,7 @@ def test_pictures_are_taken_at_even_times(tmp_path: Path) -> None:
     album = Album(tmp_path, 10.0, count=5)
     for k in range(10):
         album.take(Camera(), float(k))
+    album.finish()
     assert [t for t, _ in pictures(tmp_path, "small")] == [0.0, 2.0, 4.0, 6.0, 8.0]
     assert pictures(tmp_path, "large") == []
 

@@ -91,6 +91,13 @@ def test_files_count_from_the_scenarios_folder(tmp_path: Path) -> None:
     assert tree["control"] == {"distribution": "qp"}
 
 
+@pytest.mark.parametrize("robot", ["word", 1.0, [], None])
+def test_a_part_that_is_no_mapping_is_left_to_the_check(tmp_path: Path, robot: object) -> None:
+    tree = {"machine": {"folder": "quarter_model"}, "robot": robot, "terrain": robot}
+    locate(tree, tmp_path / "a.yaml")
+    assert tree["robot"] == tree["terrain"] == robot
+
+
 @pytest.mark.parametrize(
     ("tree", "field"),
     [

@@ -17,20 +17,30 @@ from testbed.scenario.scenario import load_scenario
 from testbed.world.simulation import Simulation
 
 Array = npt.NDArray[np.float64]
+ALONG_GROUND = 0.005
+"""Share by which a foot's force along the ground may differ, of the most that a foot has."""
+DRILLING = "task={kind: drill, start_s: 0, phases: [{kind: push, duration_s: 5, feed_n: 4000}]}"
+PAYLOAD = "{kind: payload, at_s: 0.1, mass_kg: 300}"
+PUSH = "{kind: shove, at_s: 0.1, duration_s: 9, force_in_world_n: [1500, 2500, 0]}"
+"""A steady push across the slope, which the feet have to take along the ground."""
+PUSHED = {
+    "level": ("terrain.slope_deg=0", "ropes.enabled=false", f"events=[{PUSH}]"),
+    "45 degrees": (f"events=[{PUSH}]",),
+    "75 degrees": ("terrain.slope_deg=75", "ropes.share=1.0", f"events=[{PUSH}]"),
+    "payload": (f"events=[{PAYLOAD}, {PUSH}]",),
+    "drilling mean": (DRILLING, f"events=[{PUSH}]"),
+}
 STANDS = {
     "level": ("terrain.slope_deg=0", "ropes.enabled=false"),
     "45 degrees": (),
     "75 degrees": ("terrain.slope_deg=75", "ropes.share=1.0"),
-    "payload": ("events=[{kind: payload, at_s: 0.1, mass_kg: 300}]",),
+    "payload": (f"events=[{PAYLOAD}]",),
     "low": ("robot.vertical_m=0.15",),
 }
 SECONDS, LAST_MS = 1.5, 300
 MASS_KG = 4000.0
 EACH_FOOT = 0.02
 """Share of its normal load by which each foot's force may differ."""
-DRILLING = ("task={kind: drill, start_s: 0, phases: [{kind: push, duration_s: 5, feed_n: 4000}]}",)
-
-
 GROUND_N_M = 1.0e8
 LEVEL = ("terrain.slope_deg=0", "ropes.enabled=false")
 SPRINGS_ALONE = (
@@ -48,6 +58,9 @@ class Settled(NamedTuple):
     """
 
     feet_n: Array
+    """From the balance of each leg, as recorded."""
+    contacts_n: Array
+    """From the engine's contacts."""
     ropes_n: Array
     torques: Array
     joints: Array
@@ -64,11 +77,13 @@ def _settled(*changes: str) -> Settled:
     try:
         before = round(SECONDS * scenario.rates.record_hz) - LAST_MS
         simulation.run_block(before)
-        rows, torques = [], []
-        board = simulation.machine.board
+        rows, torques, contacts = [], [], []
+        board, feet = simulation.machine.board, simulation.machine.engine.feet
         for _ in range(LAST_MS):
             rows.append(simulation.run_block(1)[1][0])
             torques.append(board.given.joint_torque.copy())
+            contacts.append(np.empty((4, 3)))
+            feet.forces(contacts[-1], np.empty(4))
         mean, names = np.mean(rows, axis=0), simulation.truth_columns
         groups = [
             np.array([mean[k] for k, name in enumerate(names) if name.startswith(group)])
@@ -77,6 +92,7 @@ def _settled(*changes: str) -> Settled:
         extra = float(simulation.machine.engine.masses().sum()) - MASS_KG
         return Settled(
             groups[0].reshape(4, 3),
+            np.mean(contacts, axis=0),
             groups[1].reshape(2, 3),
             np.mean(torques, axis=0),
             board.engine.joint.copy(),
@@ -149,26 +165,29 @@ def test_a_settled_stand_is_in_equilibrium_in_mujoco(stand: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stand", ["level", "45 degrees", "75 degrees", "payload", "drilling mean"])
+@pytest.mark.parametrize("stand", PUSHED)
 def test_each_foot_carries_what_its_leg_says_in_mujoco(stand: str) -> None:
     """Cylinders push a leg's three joints, MuJoCo weighs its links: three equations for the force
-    under its foot.
-
-    Normal and tangential; the machine's tangential forces are small, so both are judged by the
-    normal load.
+    under its foot. They are held against the engine's contacts and against what is recorded, normal
+    and along the ground, while the robot is pushed aside.
     """
-    settled = _settled(*(STANDS | {"drilling mean": DRILLING})[stand])
+    settled = _settled(*PUSHED[stand])
     model, data = _mujoco(settled.joints)
     model.opt.gravity[:] = settled.rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     mujoco.mj_forward(model, data)
-    feet = settled.feet_n @ settled.rotation
+    expected = np.empty((4, 3))
     for k, leg in enumerate(LEGS):
         columns = [model.joint(name).dofadr[0] for name in AXES[3 * k : 3 * k + 3]]
         jacobian = np.zeros((3, model.nv))
         mujoco.mj_jacBody(model, data, jacobian, None, model.body(f"{leg}_foot").id)
         wanted = data.qfrc_bias[columns] - settled.torques[3 * k : 3 * k + 3]
-        found = np.linalg.solve(jacobian[:, columns].T, wanted)
-        assert np.abs(found - feet[k]).max() < EACH_FOOT * feet[k, 2], leg
+        expected[k] = np.linalg.solve(jacobian[:, columns].T, wanted)
+    along = np.linalg.norm(expected[:, :2], axis=1)
+    assert along.max() > 800.0
+    for found in (settled.contacts_n @ settled.rotation, settled.feet_n @ settled.rotation):
+        off = np.abs(found - expected)
+        assert (off[:, 2] < EACH_FOOT * expected[:, 2]).all()
+        assert off[:, :2].max() < ALONG_GROUND * along.max()
 
 
 @pytest.mark.slow

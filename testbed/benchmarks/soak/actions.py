@@ -2,43 +2,46 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.soak.sandbox import Judged
+from testbed.benchmarks.soak.sandbox import Judged, forked
 from testbed.envs import ENVIRONMENTS, make
 
-PHYSICS_STEPS = 1_000
-"""Of one trial: a thousand trials make a million."""
+PHYSICS_STEPS = 10_000
+"""Of one trial: a hundred trials make a million."""
 
 
-def random_actions(rng: np.random.Generator) -> tuple[Judged, int]:
-    """Random actions in one of the environments for so many physics steps, over as many episodes as
-    that takes; also how many were made.
+def random_actions(number: int, rng: np.random.Generator, folder: Path) -> tuple[Judged, int]:
+    """Random actions in an environment for so many physics steps; also how many were made under
+    them. The environments take turns by the trial's number.
     """
-    name = sorted(ENVIRONMENTS)[int(rng.integers(len(ENVIRONMENTS)))]
-    env = _environment(name)
+    name, counted = sorted(ENVIRONMENTS)[number % len(ENVIRONMENTS)], folder / "steps"
+    done = forked(partial(_act, name, rng, counted))
+    return done.judged, int(counted.read_text()) if counted.is_file() else 0
+
+
+def _act(name: str, rng: np.random.Generator, counted: Path) -> None:
+    """As many episodes as it takes. Raises ValueError for what is shown and cannot be."""
+    env = make(name, disable_env_checker=True)
     env.action_space.seed(int(rng.integers(2**31)))
-    made, wrong, over = 0, "", True
-    while made < PHYSICS_STEPS and not wrong:
+    made, over, before_s = 0, True, 0.0
+    while made < PHYSICS_STEPS:
         if over:
             shown, info = env.reset(seed=int(rng.integers(2**31)))
-            reward, before_s, over = 0.0, info["t_s"], False
-            made += _steps(env, info["t_s"])
+            paid, over = 0.0, False
         else:
             shown, reward, lost, ended, info = env.step(env.action_space.sample())
+            paid = float(reward)
             made += max(_steps(env, info["t_s"] - before_s), 1)
-            before_s, over = info["t_s"], lost or ended
-        if not (np.isfinite(float(reward)) and env.observation_space.contains(shown)):
-            wrong = f"{name} showed {shown} for {reward}"
-    return ("served", wrong), made
-
-
-@cache
-def _environment(name: str) -> Any:
-    return make(name, disable_env_checker=True)
+            over = lost or ended
+        before_s = info["t_s"]
+        if not (np.isfinite(paid) and env.observation_space.contains(shown)):
+            raise ValueError(f"{name} showed {shown} for {paid}")
+        counted.write_text(str(made))
 
 
 def _steps(env: Any, seconds: float) -> int:

@@ -39,6 +39,7 @@ KINDS: dict[str, tuple[Work, float]] = {
 }
 """Kind -> one trial of it, and how many there are of one that has its whole number."""
 ACTIONS, DRILLING = "random actions", "hours of drilling"
+ACTIONS_SHARE = 0.1
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class Soak(Benchmark[Trial]):
         """Every trial by its kind and number; the kinds take turns, so that a part of them says
         something of all.
         """
-        shares = {kind: share for kind, (_, share) in KINDS.items()} | {ACTIONS: 1.0}
+        shares = {kind: share for kind, (_, share) in KINDS.items()} | {ACTIONS: ACTIONS_SHARE}
         found = {
             f"{kind} {self.seed + k}": Trial(kind, self.seed + k)
             for k in range(self.trials)
@@ -148,7 +149,7 @@ class Soak(Benchmark[Trial]):
 def _tried(case: Trial, folder: Path, rng: np.random.Generator, more: dict[str, Any]) -> Judged:
     """One trial; what is counted of it goes into `more`."""
     if case.kind == ACTIONS:
-        judged, more["physics_steps"] = random_actions(rng)
+        judged, more["physics_steps"] = random_actions(case.seed, rng, folder)
         return judged
     if case.kind == DRILLING:
         found = {"hours": case.hours, **drilled(case.hours, folder)}

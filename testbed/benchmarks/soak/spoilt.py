@@ -1,7 +1,7 @@
 """Files of every kind, spoilt by the mutator and then used: scenarios, recordings, models, sweeps
 and machines.
 
-Most are used in the shortest way that reads all of them; every tenth by the command that a user
+Most are used in the shortest way that reads all of them; one in thirty by the command that a user
 would give, page and pictures included.
 """
 
@@ -26,10 +26,10 @@ from testbed.errors import InputError, SimulationFault
 from testbed.formats.yaml_files import read_mapping, yaml_text
 from testbed.machine.folder import BODIES, NUMBERS, machine_folder
 
-SHORT_S = "0.1"
-STEPS = 60
+SHORT_S = "0.05"
+STEPS = 40
 """Of a simulation that only shows whether it goes."""
-WHOLE = 0.1
+WHOLE = 1.0 / 30.0
 """Share of the trials that are made by the whole command."""
 MACHINES = ("climber_8t", "quarter_model")
 SWEEP: dict[str, Any] = {

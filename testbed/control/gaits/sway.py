@@ -12,22 +12,57 @@ from numpy.typing import NDArray
 from testbed.control.command import Command
 from testbed.control.gait import BelievedStart
 from testbed.control.measured import Measured
+from testbed.errors import InputError
+from testbed.machine.names import AXES
 from testbed.scenario.tasks import Sway
 
 Array = NDArray[np.float64]
 RISE_S = 3.0
 """The amplitudes grow from nothing within this time (E)."""
+USUAL_M = (0.06, 0.05, 0.05)
+"""Amplitudes that nobody asked for, of a machine of ROBOCLIMBER's size (E)."""
+TRIED_S, TRIED_EVERY_S = 60.0, 0.25
+"""Set points are looked at beforehand for so long: by then all three axes have met (E)."""
 
 
 class SwayGait:
     """See the module's docstring. A Gait."""
 
     def __init__(self, task: Sway, start: BelievedStart) -> None:
+        """Raises InputError where a cylinder would be asked beyond its range."""
         self.task = task
+        usual = start.robot.machine.scale.length * np.array(USUAL_M)
+        self._amplitude_m = usual if task.amplitude_m is None else np.array(task.amplitude_m)
         self._legs = start.legs
         self._feet = self._legs.feet(start.joints)
         self._nought = start.joints - self._legs.joints(self._feet)
         self._ropes = start.rope_directions_in_body
+        self._refuse_beyond(start.model.limits)
+
+    def _refuse_beyond(self, limits: Array) -> None:
+        """Refuse a way that asks a joint beyond its range, `limits` (12, 2), m or rad."""
+        until = self.task.start_s + min(self.task.for_s or TRIED_S, TRIED_S)
+        ways = [self.body_m(t) for t in np.arange(self.task.start_s, until, TRIED_EVERY_S)]
+
+        def furthest(share: float) -> Array:
+            """(12) how far each joint would be asked beyond its range at most."""
+            joints = np.array([self._joints(share * way) for way in ways])
+            return np.asarray(np.maximum(limits[:, 0] - joints, joints - limits[:, 1]).max(axis=0))
+
+        beyond = furthest(1.0)
+        if beyond.max() <= 0.0:
+            return
+        fits = next((k / 10 for k in range(9, 0, -1) if furthest(k / 10).max() <= 0.0), 0.0)
+        raise InputError(
+            f"asks {AXES[int(np.argmax(beyond))]} beyond its range",
+            field="task.amplitude_m",
+            value=[float(f"{way:.3g}") for way in self._amplitude_m],
+            allowed=f"{fits:g} times that, or another stance",
+        )
+
+    def _joints(self, way_m: Array) -> Array:
+        """Joints (12) with the body that far from where it started, (3) m."""
+        return np.asarray(self._legs.joints(self._feet - way_m) + self._nought)
 
     def body_m(self, t: float) -> Array:
         """Where the body is meant to be at time t, from where it started (3), m, body axes."""
@@ -36,13 +71,13 @@ class SwayGait:
             return np.zeros(3)
         rise = 0.5 - 0.5 * np.cos(np.pi * min(since / RISE_S, 1.0))
         angle = 2.0 * np.pi * since / np.array(self.task.period_s)
-        return np.asarray(rise * np.array(self.task.amplitude_m) * np.sin(angle))
+        return np.asarray(rise * self._amplitude_m * np.sin(angle))
 
     def command(self, t: float, dt: float, measured: Measured) -> Command:
         """See Gait."""
         del measured
         goal = self.body_m(t + dt)
         return Command(
-            joints=self._legs.joints(self._feet - goal) + self._nought,
+            joints=self._joints(goal),
             rope_rates_m_s=-self._ropes @ (goal - self.body_m(t)) / dt,
         )

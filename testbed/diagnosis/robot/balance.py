@@ -24,6 +24,7 @@ from testbed.estimation.cylinder import friction_terms
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, LEGS
+from testbed.machine.scale import Scale
 from testbed.robot.attitude import rotation_from_attitude
 from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.robot import Robot
@@ -88,7 +89,9 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
     for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
         dry = bins.direction * (coulomb + side * side_load)
         force = piston - dry - viscous
-        measured = Measured(bins, force, bins.direction * side, hanging(bins), rope_way)
+        measured = Measured(
+            bins, force, bins.direction * side, hanging(bins, machine.scale), rope_way
+        )
         found = [of_bin(robot, measured, k, bins.joint[k]) for k in range(n)]
         foot_force = np.array([one.foot_force for one in found])
         side_load = _side_loads(foot_force)
@@ -131,7 +134,7 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
         asked_by_moment=np.array([moments for _, moments in masses]),
         asked_by_gravity=np.array([robot.model.asked_by_lift(q) for q, _ in _each(bins)]),
         missing_by_joint=_by_joint(robot, measured),
-        friction_use=_use(foot_force, frames),
+        friction_use=_use(foot_force, frames, machine.scale),
         oil_by_leak=np.stack([one.by_leak for one in other.oils], axis=1),
         oil_by_deadband=np.stack([one.by_wide_deadband for one in other.oils], axis=1),
         oil_by_air=np.stack([one.by_air for one in other.oils], axis=1),
@@ -326,18 +329,18 @@ def _dry(c: Cylinder, speed: Array, sense: str) -> Array:
     return np.asarray(coulomb + static * fading)
 
 
-def hanging(bins: Bins) -> npt.NDArray[np.bool_]:
+def hanging(bins: Bins, scale: Scale) -> npt.NDArray[np.bool_]:
     """(n, 4) whether a foot hangs in the air: not meant to carry all along, and drawn up off where
     it stood.
     """
-    height = bins.extension_m[:, 2::3]
+    height, lifted_m = bins.extension_m[:, 2::3], scale.length * LIFTED_M
     out = np.zeros((bins.count, len(LEGS)), dtype=bool)
     for leg in range(len(LEGS)):
         stands = bins.carrying[:, leg] > MOST
         if stands.any() and not stands.all():
             index = np.arange(bins.count)
             last = np.interp(index, index[stands], height[stands, leg])
-            out[:, leg] = (bins.carrying[:, leg] < HARDLY) & (last - height[:, leg] > LIFTED_M)
+            out[:, leg] = (bins.carrying[:, leg] < HARDLY) & (last - height[:, leg] > lifted_m)
     return out
 
 
@@ -352,7 +355,9 @@ def _lies(machine: Machine, frames: Array, foot_m: Array) -> npt.NDArray[np.bool
     )
     off_slope = frames[:, 2]
     ground = np.einsum("nj,nlj->nl", off_slope, foot_m).mean(axis=1)
-    return np.asarray((off_slope @ corners.T).min(axis=1) - ground < BELLY_CLEAR_M)
+    return np.asarray(
+        (off_slope @ corners.T).min(axis=1) - ground < machine.scale.length * BELLY_CLEAR_M
+    )
 
 
 def _slope_frames(rotation: Array, bins: Bins) -> Array:
@@ -364,11 +369,11 @@ def _slope_frames(rotation: Array, bins: Bins) -> Array:
     return np.asarray(np.einsum("ji,njk->nik", slope, rotation))
 
 
-def _use(foot_force: Array, frames: Array) -> Array:
+def _use(foot_force: Array, frames: Array, scale: Scale) -> Array:
     """(n, 4) force along the slope over force off it."""
     force = np.einsum("nij,nlj->nli", frames, foot_force)
     along = np.linalg.norm(force[:, :, :2], axis=2)
-    return np.asarray(along / np.maximum(np.abs(force[:, :, 2]), LEAST_LOAD_N))
+    return np.asarray(along / np.maximum(np.abs(force[:, :, 2]), scale.times("N") * LEAST_LOAD_N))
 
 
 LEAST_LOAD_N = 300.0

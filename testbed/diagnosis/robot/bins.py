@@ -102,6 +102,14 @@ class Frame:
         return np.asarray((sums[high] - sums[low]) / (high - low))
 
 
+def _direction(speed: Array, times: float) -> Array:
+    """Sense of sliding, -1 to 1, of pistons at these speeds (m/s) on a machine whose speeds are so
+    many times ROBOCLIMBER's.
+    """
+    slides = (np.abs(speed) / times - REST_M_S) / (SLIDE_M_S - REST_M_S)
+    return np.asarray(np.sign(speed) * np.clip(slides, 0.0, 1.0))
+
+
 FORCES = tuple(f"specific_force_{k}" for k in XYZ)
 DRILL = (
     "ordered_thrust",
@@ -149,8 +157,7 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
         speed_m_s=speed,
         acceleration_m_s2=change * arm,
         arm_m=arm,
-        direction=np.sign(speed)
-        * np.clip((np.abs(speed) - REST_M_S) / (SLIDE_M_S - REST_M_S), 0.0, 1.0),
+        direction=_direction(speed, robot.machine.scale.speed),
         pressure_a_pa=pressures("pressure_a"),
         pressure_b_pa=pressures("pressure_b"),
         pressure_a_rate=rates("pressure_a"),

@@ -55,6 +55,7 @@ NOISE = ForceNoise(
     rest_share=4.0,
     rest_memory_s=1000.0,
     news_share=0.3,
+    news_n=20.0,
     alike_share=0.0,
     alike_s=1000.0,
     quick_share=0.02,
@@ -117,7 +118,7 @@ def evidence_of(data: Mapping[str, Array], robot: Robot, ropes_in_world: Array) 
     at, _ = np.nonzero(balance.counted)
     precision, gradient = np.zeros((len(numbers),) * 2), np.zeros(len(numbers))
     for block in _blocks(bins):
-        noise = noise_of(balance.part(block), NOISE)
+        noise = noise_of(balance.part(block), NOISE.of_size(robot.machine.scale))
         rows = np.isin(at, block)
         both = np.column_stack([missing[rows], columns[rows]])
         white = solve_triangular(np.linalg.cholesky(noise), both, lower=True)
@@ -147,7 +148,8 @@ def _blocks(bins: Bins) -> Iterator[npt.NDArray[np.intp]]:
 
 def lifts_every_foot(data: Mapping[str, Array], robot: Robot) -> bool:
     """Whether every foot hangs in the air at some time."""
-    return bool(hanging(bins_of(data, robot)).any(axis=0).all())
+    lifted = hanging(bins_of(data, robot), robot.machine.scale)
+    return bool(lifted.any(axis=0).all())
 
 
 def levelled(data: Mapping[str, Array], robot: Robot) -> Evidence:

@@ -19,6 +19,7 @@ from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.tolerances import standard_deviation
 from testbed.effects.signature import Change
 from testbed.machine.names import AXES, LEGS
+from testbed.machine.scale import Scale
 
 Array = npt.NDArray[np.float64]
 ALL_ALONG = 0.99
@@ -56,14 +57,14 @@ class Standing:
     missing: Array
 
 
-def group_of(balance: BodyBalance, bins: Bins) -> RawGroup:
+def group_of(balance: BodyBalance, bins: Bins, scale: Scale) -> RawGroup:
     """The group of a measured robot."""
-    standing = standing_of(balance, bins)
+    standing = standing_of(balance, bins, scale)
     return RawGroup(
         missing=standing.missing,
         time_s=bins.time_s[standing.bins],
-        noise=_noise(standing, balance),
-        tolerated=_tolerated(standing, balance),
+        noise=_noise(standing, balance, scale),
+        tolerated=_tolerated(standing, balance, scale),
         rows_of=lambda change: rows_of(standing, balance, change),
         unknown=_unknown(standing),
     )
@@ -75,9 +76,10 @@ def _unknown(s: Standing) -> tuple[npt.NDArray[np.intp], ...]:
     return np.asarray(place), np.asarray(3 * s.bins + s.axes)
 
 
-def standing_of(balance: BodyBalance, bins: Bins) -> Standing:
+def standing_of(balance: BodyBalance, bins: Bins, scale: Scale) -> Standing:
     """Which foot stands when, and where it seems to be."""
-    stands = _stands(bins, in_slope(balance, balance.foot_force)[:, :, 2])
+    least_n = scale.times("N") * LEAST_LOAD_N
+    stands = _stands(bins, in_slope(balance, balance.foot_force)[:, :, 2], least_n)
     some = stands.copy()
     some[np.arange(bins.count) % EVERY != 0] = False
     k, leg = np.nonzero(some)
@@ -101,11 +103,11 @@ def in_slope(balance: BodyBalance, points: Array) -> Array:
     return np.asarray(np.einsum("nij,nlj->nli", balance.seen.slope_frame, points))
 
 
-def _stands(bins: Bins, load_n: Array) -> npt.NDArray[np.bool_]:
+def _stands(bins: Bins, load_n: Array, least_n: float) -> npt.NDArray[np.bool_]:
     """(n, 4) a foot is meant to carry and does, by its load off the slope (n, 4), in this bin and
     in those about it.
     """
-    carries = (bins.carrying > ALL_ALONG) & (load_n > LEAST_LOAD_N)
+    carries = (bins.carrying > ALL_ALONG) & (load_n > least_n)
     return np.asarray(_about(carries, AROUND).all(axis=0))
 
 
@@ -116,19 +118,19 @@ def _about(values: Array | npt.NDArray[np.bool_], reach: int) -> npt.NDArray[np.
     return np.array([values[index] for index in near])
 
 
-def _noise(s: Standing, balance: BodyBalance) -> Array:
+def _noise(s: Standing, balance: BodyBalance, scale: Scale) -> Array:
     """Covariance of the rows beside what tolerances make."""
-    seen = balance.seen
+    seen, slow_m, white_m = balance.seen, scale.length * SLOW_M, scale.length * WHITE_M
     time = seen.time_s[s.bins]
     same_foot = (s.legs[:, None] == s.legs[None, :]) & (s.phase[:, None] == s.phase[None, :])
     same_axis = s.axes[:, None] == s.axes[None, :]
     apart = np.abs(time[:, None] - time[None, :])
-    own = np.where(same_foot & same_axis, SLOW_M**2 * np.exp(-apart / SLOW_S) + PLACE_M**2, 0.0)
+    own = np.where(same_foot & same_axis, slow_m**2 * np.exp(-apart / SLOW_S) + PLACE_M**2, 0.0)
     body = np.where((apart == 0.0) & same_axis, WAY_M**2, 0.0)
     level = (s.axes < 2)[:, None] & (s.axes < 2)[None, :]
-    slipped = np.cumsum(_slips(seen.friction_use) ** 2, axis=0)[s.bins, s.legs]
+    slipped = np.cumsum((scale.length * _slips(seen.friction_use)) ** 2, axis=0)[s.bins, s.legs]
     walk = np.minimum(slipped[:, None], slipped[None, :])
-    out = own + body + WHITE_M**2 * np.eye(len(time))
+    out = own + body + white_m**2 * np.eye(len(time))
     out += np.where(same_foot & same_axis, np.where(level, 1.0, ROLLS**2) * walk, 0.0)
     for turned in _turned(s, balance):
         out += np.where(apart == 0.0, TILT_RAD**2, 0.0) * np.outer(turned, turned)
@@ -137,7 +139,7 @@ def _noise(s: Standing, balance: BodyBalance) -> Array:
 
 def _slips(use: Array) -> Array:
     """(n, 4) how far a foot of a sound machine may slip in a bin, m, by the friction it uses about
-    then, (n, 4).
+    then, (n, 4); of ROBOCLIMBER.
     """
     most = _about(use, NEAR_BINS).max(axis=0)
     return np.asarray(SLIP_M * np.clip((most - SLIPS_AT) / (SURELY_AT - SLIPS_AT), 0.0, 1.0))
@@ -150,12 +152,13 @@ def _turned(s: Standing, balance: BodyBalance) -> list[Array]:
     return [np.cross(about, middle)[s.bins, s.legs, s.axes] for about in np.eye(3)]
 
 
-def _tolerated(s: Standing, balance: BodyBalance) -> Array:
+def _tolerated(s: Standing, balance: BodyBalance, scale: Scale) -> Array:
     """(rows, k): every column a tolerance times its standard deviation."""
     seen = balance.seen
     force = in_slope(balance, balance.foot_force)
-    columns = [GIVES_M_N * force[s.bins, s.legs, s.axes] * (s.axes == k) for k in range(3)]
-    sd = standard_deviation("sensor.encoder_offset@*.offset")
+    gives = scale.times("m/N") * GIVES_M_N * force[s.bins, s.legs, s.axes]
+    columns = [gives * (s.axes == k) for k in range(3)]
+    sd = standard_deviation("sensor.encoder_offset@*.offset", scale=scale)
     for i in range(len(AXES)):
         leg, joint = divmod(i, 3)
         feet = np.zeros_like(seen.foot_m)

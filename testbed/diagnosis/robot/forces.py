@@ -5,7 +5,7 @@ leaves in them.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,7 @@ from testbed.effects.signature import Change, RobotSeen
 from testbed.estimation.cylinder import friction_terms
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
+from testbed.machine.scale import Scale
 
 Array = npt.NDArray[np.float64]
 BODY = "body"
@@ -42,8 +43,8 @@ HELD_ALIKE, HELD_EACH = 2.0, 0.5
 (B).
 """
 HAMMER_SHARE = 0.04
-NEWS_N = 20.0
-"""At rest a change of the load below this is noise."""
+END_SHARE = 0.005
+"""A piston within this share of its stroke of either end may lie at its stop (E)."""
 TURNING_BINS = 2
 """A piston turns round within so many bins to either side."""
 
@@ -65,6 +66,8 @@ class ForceNoise:
     """Friction at rest, for `rest_memory_s` or until the load has changed by `news_share`."""
     rest_memory_s: float
     news_share: float
+    news_n: float
+    """At rest a change of the load below this is noise."""
     alike_share: float
     """Friction at rest as the body's last motions along and about each axis left it, alike at all
     feet, for `alike_s`.
@@ -77,6 +80,17 @@ class ForceNoise:
     switched_share: float
     """Share of the change where a load changes from one bin to the next."""
 
+    def of_size(self, scale: Scale) -> ForceNoise:
+        """The same for a machine of another size; these numbers are ROBOCLIMBER's."""
+        newton, newton_metre = scale.times("N"), scale.times("N m")
+        return replace(
+            self,
+            white_n=newton * self.white_n,
+            white_n_m=newton_metre * self.white_n_m,
+            white_foot_n=newton * self.white_foot_n,
+            news_n=newton * self.news_n,
+        )
+
 
 OF_A_SOUND_MACHINE = ForceNoise(
     white_n=50.0,
@@ -87,6 +101,7 @@ OF_A_SOUND_MACHINE = ForceNoise(
     rest_share=0.5,
     rest_memory_s=120.0,
     news_share=3.0,
+    news_n=20.0,
     alike_share=0.1,
     alike_s=100.0,
     quick_share=0.02,
@@ -229,13 +244,13 @@ def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
     return RawGroup(
         missing=balance.missing[balance.counted],
         time_s=balance.seen.time_s[bins],
-        noise=noise_of(balance),
+        noise=noise_of(balance, OF_A_SOUND_MACHINE.of_size(machine.scale)),
         tolerated=tolerance_columns(balance, machine),
         rows_of=lambda change: rows_of(balance, change),
     )
 
 
-def noise_of(balance: BodyBalance, known: ForceNoise = OF_A_SOUND_MACHINE) -> Array:
+def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
     """Covariance of the group's rows (rows, rows) beside what tolerances make."""
     seen, counted = balance.seen, balance.counted
     bins, rows = np.nonzero(counted)
@@ -255,6 +270,7 @@ def noise_of(balance: BodyBalance, known: ForceNoise = OF_A_SOUND_MACHINE) -> Ar
     spread = np.hypot(spread, seen.line_n + dry * shaken)
     anew = np.hypot(known.turning_share * turns(seen.direction), known.quick_share) * dry
     anew = np.hypot(anew, known.switched_share * _switched(seen))
+    anew = np.hypot(anew, taken_by_stops(seen))
     age = friction_age(seen, share, dry, known)
     by_axis = balance.by_force[bins, rows]
     for axis in range(len(AXES)):
@@ -281,7 +297,7 @@ def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -
     changed = changed + 0.25 * np.abs(np.diff(outside, axis=0, prepend=outside[:1])).sum(
         axis=1, keepdims=True
     )
-    news = np.maximum(changed - NEWS_N, 0.0) / (known.news_share * dry)
+    news = np.maximum(changed - known.news_n, 0.0) / (known.news_share * dry)
     resting = (1.0 - share) * (step / known.rest_memory_s + news)
     return np.asarray(np.cumsum(share * step / known.memory_s + resting, axis=0))
 
@@ -289,6 +305,15 @@ def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -
 def _piston(seen: RobotSeen) -> Array:
     """(n, 12) force of the pistons, N."""
     return seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
+
+
+def taken_by_stops(seen: RobotSeen) -> Array:
+    """(n, 12) force that an end stop may take, N: as much as the oil can push, where the piston may
+    lie at it.
+    """
+    from_end = np.minimum(seen.extension_m, seen.stroke_m - seen.extension_m)
+    most = seen.supply_pa[:, None] * seen.area_a_m2
+    return np.asarray(np.where(from_end < END_SHARE * seen.stroke_m, most, 0.0))
 
 
 def _switched(seen: RobotSeen) -> Array:

@@ -22,6 +22,7 @@ from testbed.effects import ALL
 from testbed.effects.base import Effect
 from testbed.effects.signature import Signature
 from testbed.machine.names import AXES
+from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
@@ -37,6 +38,8 @@ class Candidate:
     effect: Effect
     place: str
     signature: Signature
+    scale: Scale = ROBOCLIMBER
+    """Of the machine: how large its numbers may be expected to be."""
 
     @property
     def name(self) -> str:
@@ -53,7 +56,8 @@ class Candidate:
     @property
     def spreads(self) -> Array:
         """Prior standard deviations of its numbers."""
-        return np.array([self.effect.spread(number) for number in self.signature])
+        effect, scale = self.effect, self.scale
+        return np.array([effect.spread(k) * effect.grows(k, scale) for k in self.signature])
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,25 +97,25 @@ def balances_of(
     body = balance_of(bins, other, robot, ropes_in_world)
     raw = {
         FORCES: forces.group_of(body, machine),
-        "feet": feet.group_of(body, bins),
+        "feet": feet.group_of(body, bins, machine.scale),
         "supply": supply.group(bins.time_s),
     }
-    for i, axis in enumerate(machine.axes.values()):
-        raw[f"oil {AXES[i]}"] = oil.group_of(oils[i], i, axis, bins.time_s)
-        raw[f"{LINE} {AXES[i]}"] = lines[i].group(i)
-    found = {c.name: c for c in _candidates(body)}
+    for i in range(len(AXES)):
+        raw[f"oil {AXES[i]}"] = oil.group_of(oils[i], i, machine, bins.time_s)
+        raw[f"{LINE} {AXES[i]}"] = lines[i].group(i, machine.scale)
+    found = {c.name: c for c in _candidates(body, machine.scale)}
     raw = {key: _without(group, granted, found) for key, group in raw.items()}
     signatures = {name: candidate.signature for name, candidate in found.items()}
     groups = {key: group.whitened(signatures) for key, group in raw.items()}
     return Balances(bins, body, raw, groups, found)
 
 
-def _candidates(body: BodyBalance) -> list[Candidate]:
+def _candidates(body: BodyBalance, scale: Scale) -> list[Candidate]:
     """Every effect at every place that these balances could show."""
     placed = (
         (effect, place) for effect in (*ALL, *ALL_UNEXPLAINED) for place in effect.places_on_robot
     )
-    found = (Candidate(e, place, e.signature(body.seen, place)) for e, place in placed)
+    found = (Candidate(e, place, e.signature(body.seen, place), scale) for e, place in placed)
     return [candidate for candidate in found if candidate.signature]
 
 

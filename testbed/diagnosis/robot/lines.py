@@ -14,6 +14,7 @@ from testbed.diagnosis.robot.balance import areas
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES
+from testbed.machine.scale import Scale
 
 Array = npt.NDArray[np.float64]
 RATE_HZ = 100.0
@@ -43,10 +44,11 @@ class Line:
     variance: Array
     amplitude_n: float
 
-    def group(self, i: int) -> RawGroup:
-        """The group `line <axis>` of cylinder i."""
+    def group(self, i: int, scale: Scale) -> RawGroup:
+        """The group `line <axis>` of cylinder i of a machine of this size."""
         nothing = np.zeros(2)
         least_n = HUNTING_N if AXES[i].endswith("rotation") else LEAST_N
+        least_n *= scale.times("N")
         return RawGroup(
             missing=self.parts.ravel(),
             time_s=np.repeat([0.0, 1.0], 2),

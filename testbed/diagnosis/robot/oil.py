@@ -28,6 +28,7 @@ from testbed.laws.orifice import LAMINAR_DROP_PA
 from testbed.laws.supply import LOAD_SENSING
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
+from testbed.machine.scale import Scale
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
@@ -260,7 +261,7 @@ def root(drop: Array) -> Array:
     return drop / np.sqrt(np.sqrt(drop * drop + LAMINAR_DROP_PA * LAMINAR_DROP_PA))
 
 
-def tolerated(oil: Oil, axis: Axis) -> Iterator[tuple[Array, float]]:
+def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float]]:
     """(change (n, 2), standard deviation) of everything that a sound cylinder's oil and valve may
     differ by.
     """
@@ -276,7 +277,7 @@ def tolerated(oil: Oil, axis: Axis) -> Iterator[tuple[Array, float]]:
             yield column, getattr(valve, f"edge_{name}_leakage_m3_s_pa")
         reading = np.zeros_like(oil.missing)
         reading[:, k] = oil.by_reading[:, k]
-        yield reading, ZERO_PA
+        yield reading, scale.times("Pa") * ZERO_PA
         yield reading * oil.pressure_pa, standard_deviation(f"sensor.gain_{'ab'[k]}@*.gain_error")
     yield oil.by_spool, SPOOL_OFF
     yield oil.by_deadband, max(standard_deviation("axes.*.valve.deadband", valve.deadband), 0.006)
@@ -291,30 +292,35 @@ def tolerated(oil: Oil, axis: Axis) -> Iterator[tuple[Array, float]]:
         )
         yield column, sd
     for k in range(len(HOSE_TIMES_S)):
-        yield oil.by_hose[:, k], max(declared.hose_capacity_m3_pa, HOSE_M3_PA)
+        yield (
+            oil.by_hose[:, k],
+            max(declared.hose_capacity_m3_pa, scale.times("m3/Pa") * HOSE_M3_PA),
+        )
 
 
-def group_of(oil: Oil, i: int, axis: Axis, time_s: Array) -> RawGroup:
+def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
     """The group of cylinder i: chamber A's bins, then B's."""
-    nothing = np.zeros_like(oil.missing)
-    columns = [sd * c.T.ravel() for c, sd in tolerated(oil, axis) if sd > 0.0]
+    nothing, axis = np.zeros_like(oil.missing), machine.axes[AXES[i]]
+    columns = [sd * c.T.ravel() for c, sd in tolerated(oil, axis, machine.scale) if sd > 0.0]
     return RawGroup(
         missing=oil.missing.T.ravel(),
         time_s=np.tile(time_s, 2),
-        noise=noise_of(oil, time_s),
+        noise=noise_of(oil, time_s, machine.scale.times("m3/s")),
         tolerated=np.column_stack(columns),
         rows_of=lambda change: change.oil.get(i, nothing).T.ravel(),
     )
 
 
-def noise_of(oil: Oil, time_s: Array) -> Array:
-    """Covariance (2 n, 2 n) of the group's rows beside what tolerances make."""
+def noise_of(oil: Oil, time_s: Array, flows: float) -> Array:
+    """Covariance (2 n, 2 n) of the group's rows beside what tolerances make; `flows`: what flows of
+    this machine are beside ROBOCLIMBER's.
+    """
     n = len(time_s)
     apart = np.abs(time_s[:, None] - time_s[None, :])
     lasts = np.exp(-apart / MEMORY_S)
-    out = np.eye(2 * n) * WHITE_M3_S**2
+    out = np.eye(2 * n) * (flows * WHITE_M3_S) ** 2
     size = VALVE_SHARE * np.abs(oil.from_supply + oil.to_tank)
-    size = np.hypot(size, VOID_M3_S * oil.void)
+    size = np.hypot(size, flows * VOID_M3_S * oil.void)
     size = np.sqrt(size**2 + oil.by_pressure**2 + (COMPRESSED_SHARE * oil.compressed) ** 2)
     off = SPOOL_OFF * oil.by_spool
     for k in range(2):
@@ -377,7 +383,10 @@ def supply_of(oils: Sequence[Oil], bins: Bins, machine: Machine) -> Supply:
     believed, by_pressure = np.full(bins.count, top), np.full(bins.count, top)
     if unit.supply_kind == LOAD_SENSING:
         ports = (bins.pressure_a_pa, bins.pressure_b_pa)
-        fed = np.stack([one.from_supply for one in oils], axis=1) > OPEN_M3_S
+        fed = (
+            np.stack([one.from_supply for one in oils], axis=1)
+            > machine.scale.times("m3/s") * OPEN_M3_S
+        )
         loads = np.stack(ports, axis=2) * fed
         asked = loads.max(axis=(1, 2)) + unit.load_sensing_margin_pa
         believed = np.where(fed.any(axis=(1, 2)), np.minimum(asked, top), unit.standby_pressure_pa)

@@ -58,7 +58,7 @@ def _candidate(one: Candidate, other: Candidate) -> Candidate:
         signature |= {
             k: Changes(parts=(change, other.signature[k])) for k, change in one.signature.items()
         }
-    return Candidate(one.effect, one.place, signature)
+    return Candidate(one.effect, one.place, signature, one.scale)
 
 
 AGAIN = "again "

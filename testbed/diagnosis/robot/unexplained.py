@@ -16,6 +16,7 @@ import numpy.typing as npt
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.signature import Change, RobotSeen, Signature, knots
 from testbed.machine.names import AXES
+from testbed.machine.scale import Scale
 
 Array = npt.NDArray[np.float64]
 UNNAMED = "unnamed"
@@ -31,10 +32,15 @@ class Unexplained(Effect):
     parameters: ClassVar[tuple[ParameterSpec, ...]] = ()
     rigs = ()
     size: ClassVar[float] = 1.0
+    unit: ClassVar[str] = "1"
 
     def spread(self, number: str) -> float:
         """See Effect."""
         return self.size
+
+    def grows(self, number: str, scale: Scale) -> float:
+        """See Effect."""
+        return scale.times(self.unit)
 
 
 class UnexplainedForce(Unexplained):
@@ -44,7 +50,7 @@ class UnexplainedForce(Unexplained):
 
     kind = f"{UNNAMED}.force"
     places = AXES
-    size = FORCE_N
+    size, unit = FORCE_N, "N"
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Straight lines between knots, and the same against the motion."""
@@ -60,7 +66,7 @@ class UnexplainedWrench(Unexplained):
 
     kind = f"{UNNAMED}.wrench"
     places = ("body",)
-    size = WRENCH_N
+    size, unit = WRENCH_N, "N"
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Each of six components by itself."""
@@ -79,7 +85,7 @@ class UnexplainedFlow(Unexplained):
 
     kind = f"{UNNAMED}.flow"
     places = AXES
-    size = OIL_M3_S
+    size, unit = OIL_M3_S, "m3/s"
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Straight lines between knots, for each chamber."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,9 @@ class Hold:
         return replace(self, margin=force * self.margin, sure_margin=force * self.sure_margin)
 
 
+D = TypeVar("D")
+OF_FORCES = ("N", "kg")
+"""Units of what grows with a machine's weight."""
 DROP = Hold()
 """As soon as the score has been below the threshold for as long as a touchdown lasts."""
 
@@ -70,6 +73,9 @@ class CompiledDetector:
     text: ClassVar[str]
     """What it does, in half a sentence."""
     threshold: float
+    hold: Hold
+    scored_in: ClassVar[str] = "N"
+    """Unit of score, threshold and hold: N, or 1 for what is the same on a machine of any size."""
     Numbers: ClassVar[type[Record]]
     State: ClassVar[type[Record]]
     numbers: ClassVar[dict[str, float]]
@@ -81,9 +87,18 @@ class CompiledDetector:
         cls._loop = staticmethod(njit_over(_detect, step))
 
     def __init__(self, **numbers: float) -> None:
-        self._numbers = self.Numbers.one(**(self.numbers | numbers))
+        self._given = self.numbers | numbers
+        self._numbers = self.Numbers.one(**self._given)
         self._one, self._scores = Sample.zeros(), np.zeros((1, len(LEGS)))
         self.start(1.0e-3)
+
+    def scaled(self, force: float) -> Self:
+        """The same for a machine whose forces and masses are so many times as large."""
+        units = {column.name: column.unit for column in self.Numbers.columns()}
+        other = type(self)(
+            **{k: force * v if units[k] in OF_FORCES else v for k, v in self._given.items()}
+        )
+        return scaled_limits(other, force) if self.scored_in in OF_FORCES else other
 
     def start(self, dt_s: float) -> None:
         """Forget everything; `dt_s` lies between two samples."""
@@ -102,6 +117,17 @@ class CompiledDetector:
             np.asarray(samples).view(Sample.dtype), self._numbers, self._state, self._dt_s, out
         )
         return out
+
+
+def scaled_limits(detector: D, force: float) -> D:
+    """A detector whose scores are forces, with threshold and hold for forces so many times as
+    large.
+    """
+    limits: Any = detector
+    limits.threshold = force * limits.threshold
+    if hasattr(limits, "hold"):
+        limits.hold = limits.hold.scaled(force)
+    return detector
 
 
 step: Any = None

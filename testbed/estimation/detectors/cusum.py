@@ -48,5 +48,6 @@ class Cusum(CompiledDetector, step=step):
 
     name, text = "cusum", "CUSUM on the own estimate"
     threshold = 52.56
+    scored_in = "1"
     Numbers, State = CusumNumbers, CusumState
     numbers: ClassVar[dict[str, float]] = {"least_load": 1600.0, "sd": 300.0, "limit": 2.0}

@@ -15,10 +15,17 @@ LEAST_EXPECTED_N = 1000.0
 
 
 class Expected:
-    """Without state."""
+    """Without state. `least_expected_n`: see LEAST_EXPECTED_N."""
 
     name, text = "expected", "expected against estimated"
     threshold = 0.98
+
+    def __init__(self, least_expected_n: float = LEAST_EXPECTED_N) -> None:
+        self._least_n = least_expected_n
+
+    def scaled(self, force: float) -> Expected:
+        """The same for a machine whose forces are so many times as large."""
+        return Expected(force * self._least_n)
 
     def update(self, sample: Any) -> Array:
         """Scores (4,), 1."""
@@ -27,5 +34,5 @@ class Expected:
     def scores(self, samples: Any) -> Array:
         """`update` over samples (n,): (n, 4)."""
         row = samples["row"]
-        share = row["estimate"]["own"] / np.maximum(row["expected"], LEAST_EXPECTED_N)
+        share = row["estimate"]["own"] / np.maximum(row["expected"], self._least_n)
         return np.asarray(1.0 - share)

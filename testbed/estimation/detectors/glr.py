@@ -74,6 +74,7 @@ class Glr(CompiledDetector, step=step):
 
     name, text = "glr", "whitened likelihood ratio"
     threshold = 2130.0
+    scored_in = "1"
     Numbers, State = GlrNumbers, GlrState
     numbers: ClassVar[dict[str, float]] = {
         "least_load": 1600.0,

@@ -32,9 +32,3 @@ class Held(CompiledDetector, step=step):
         "weight_own": 0.83,
         "weight_carried": 0.17,
     }
-
-    def scaled(self, force: float) -> Held:
-        """The same for a machine whose forces are so many times as large."""
-        out = Held(break_away=force * self.numbers["break_away"])
-        out.threshold, out.hold = force * self.threshold, self.hold.scaled(force)
-        return out

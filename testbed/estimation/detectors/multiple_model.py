@@ -73,6 +73,7 @@ class MultipleModel(CompiledDetector, step=step):
 
     name, text = "multiple_model", "two models, Bayes"
     threshold = 5.779
+    scored_in = "1"
     Numbers, State = ModelNumbers, ModelState
     numbers: ClassVar[dict[str, float]] = {
         "least_load": 1600.0,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from testbed.estimation.detectors.base import scaled_limits
 
 Array = NDArray[np.float64]
 
@@ -26,6 +28,10 @@ class Threshold:
     def scores(self, samples: NDArray[Any]) -> Array:
         """`update` over samples (n,): (n, 4)."""
         return -np.asarray(samples["row"]["estimate"][self.load])
+
+    def scaled(self, force: float) -> Self:
+        """The same for a machine whose forces are so many times as large."""
+        return scaled_limits(type(self)(), force)
 
 
 class OneChamber(Threshold):
@@ -89,3 +95,7 @@ class Carried:
     def scores(self, samples: NDArray[Any]) -> Array:
         """`update` over samples (n,): (n, 4)."""
         return -np.asarray(samples["derived"]["carried"])
+
+    def scaled(self, force: float) -> Self:
+        """The same for a machine whose forces are so many times as large."""
+        return scaled_limits(type(self)(), force)
