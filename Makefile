@@ -2,6 +2,7 @@
 # make lint  ruff and mypy                      make test-fast  without the slow tests
 # make test-long  the tests that take minutes each: every field perturbed, measured rigs, soak, a cold first start
 # make loop  hide an effect, run, diagnose, believe, run again: runs/loop/loop.html
+# make house print the figures of the house: lines, names, lengths, start times
 # make docs  build the documentation site, strictly: dist/site/index.html
 # make wheel build a wheel into dist/           make clean      remove the environment and what was built
 PYTHON ?= python3.11
@@ -12,7 +13,7 @@ SCENARIO ?= scenarios/drill_slope_45.yaml
 PYTEST ?= $(BIN)/python -m pytest
 PARALLEL := --numprocesses logical --maxprocesses 4 --dist worksteal
 
-.PHONY: run loop test test-fast test-long lint docs wheel setup clean
+.PHONY: run loop test test-fast test-long lint house docs wheel setup clean
 
 run: $(VENV)/.stamp-run
 	@$(BIN)/testbed run $(SCENARIO)
@@ -33,6 +34,9 @@ lint: $(VENV)/.stamp-dev
 	@$(BIN)/ruff format --check --quiet .
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
+
+house: $(VENV)/.stamp-dev
+	@$(BIN)/python docs/measures.py
 
 docs: $(VENV)/.stamp-docs
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict

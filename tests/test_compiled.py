@@ -33,6 +33,7 @@ def _use(home: Path) -> list[str]:
     return done.stdout.split()
 
 
+@pytest.mark.slow
 def test_a_second_process_loads_what_the_first_compiled_each_loop_its_own(tmp_path: Path) -> None:
     first, second = _use(tmp_path), _use(tmp_path)
     assert first[:2] == second[:2]

@@ -222,3 +222,32 @@ def test_report_only_renders() -> None:
         if _room(p) == "report" and {name.split(".")[-1] for name in _imports(p)} & doing
     }
     assert wrong <= {"scene3d.py"}
+
+
+WRENCHES = {"estimation/live/wrench.py": "wrench", "robot/contact/geometry.py": "out gradient maps"}
+"""Forces and moments in one array of six: fx, fy, fz, tx, ty, tz."""
+
+
+def test_compiled_functions_address_quantities_by_name_and_not_by_number() -> None:
+    """Beyond x, y, z (and w) no literal stands where an array is addressed; the independent
+    references among the benchmarks keep the state vectors of their solvers.
+    """
+    found = set()
+    for path in FILES:
+        where = path.relative_to(PACKAGE).as_posix()
+        for function in ast.walk(_tree(path)):
+            if not isinstance(function, ast.FunctionDef) or where.startswith("benchmarks/"):
+                continue
+            if not any("njit" in ast.unparse(decorator) for decorator in function.decorator_list):
+                continue
+            for node in ast.walk(function):
+                if not isinstance(node, ast.Subscript) or _greatest_literal(node.slice) <= 3:
+                    continue
+                if ast.unparse(node.value) not in WRENCHES.get(where, "").split():
+                    found.add(f"{where}:{node.lineno} {ast.unparse(node)}")
+    assert found == set()
+
+
+def _greatest_literal(place: ast.expr) -> int:
+    numbers = [n.value for n in ast.walk(place) if isinstance(n, ast.Constant)]
+    return max((number for number in numbers if isinstance(number, int)), default=0)

@@ -5,6 +5,7 @@ Commands are thin, and every import that costs time happens inside its command.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -106,6 +107,7 @@ def main() -> None:
     of ours, 130 interrupted.
     """
     debug = "--debug" in sys.argv
+    os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")  # Arrow's own keeps what it took
     arguments = [a for a in sys.argv[1:] if a != "--debug"] or ["--help"]
     try:
         with user_code():

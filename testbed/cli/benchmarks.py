@@ -119,6 +119,10 @@ def filters(
 def estimators(
     out: Results,
     few: Annotated[bool, typer.Option("--few", help="One run of each kind only.")] = False,
+    kind: Annotated[
+        list[str] | None,
+        typer.Option(help="Runs of this kind alone (stand, walk, liar, ...); may be repeated."),
+    ] = None,
     draw: Drawn = WORKSHOP,
     estimator: Annotated[
         list[str] | None,
@@ -134,7 +138,8 @@ def estimators(
     """
     from testbed.benchmarks.estimators.benchmark import Estimators
 
-    show(Estimators(few, tolerances_named(draw), tuple(estimator or ())), out, jobs, json)
+    benchmark = Estimators(few, tolerances_named(draw), tuple(estimator or ()), tuple(kind or ()))
+    show(benchmark, out, jobs, json)
 
 
 def machines(
@@ -145,8 +150,13 @@ def machines(
         bool, typer.Option(help="Let each machine commission itself first, ten simulated minutes.")
     ] = True,
     recordings: Annotated[
-        Path | None, typer.Option(help="Keep the runs in this folder, and take them from there.")
+        Path | None,
+        typer.Option(help="Keep runs and models in this folder, and take them from there."),
     ] = None,
+    ideas: Annotated[
+        int,
+        typer.Option(min=0, help="Machines on which each idea of the estimate is left out too."),
+    ] = 8,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
@@ -155,7 +165,7 @@ def machines(
     """
     from testbed.benchmarks.machines.benchmark import DrawnMachines
 
-    benchmark = DrawnMachines(machines, first_seed, WORKSHOP, commission, recordings)
+    benchmark = DrawnMachines(machines, first_seed, WORKSHOP, commission, recordings, ideas)
     show(benchmark, out, jobs, json)
 
 

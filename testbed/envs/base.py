@@ -11,7 +11,7 @@ from __future__ import annotations
 import copy
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from testbed.control.gait import Layered
 from testbed.control.layers.trim import Trim
 from testbed.control.observed import Observed
-from testbed.envs.observations import TABLE, Observer, in_units
+from testbed.envs.increments import INCREMENTS, increase, increased
+from testbed.envs.observations import TABLE, Observer, check_size, in_units
 from testbed.envs.randomisation import draw_overrides, named_set
 from testbed.envs.rewards import (
     HOLDING,
@@ -34,9 +35,6 @@ from testbed.envs.rewards import (
     truth_of_step,
 )
 from testbed.errors import InputError
-from testbed.machine.model import Machine
-from testbed.machine.names import LEGS, SIDES
-from testbed.machine.scale import ROBOCLIMBER_KG
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.scenario import Scenario, load_scenario
 
@@ -46,20 +44,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Vector = NDArray[np.float32]
 Observation = Vector | dict[str, Vector]
-OFFSET_STEP_M = 1.0e-4
-"""Increment of a vertical set point for an action of 1: one encoder count a step."""
-OFFSET_RANGE_M = 0.02
-"""Furthest that an agent may move a vertical set point."""
-PULL_STEP_N = 200.0
-"""Increment of a wanted rope pull for an action of 1."""
-PULL_RANGE_N = 3.14e4
-"""Rating of a traction device (D)."""
 PICTURE = (480, 360)
 """Width and height of a picture, pixels."""
 TICK_MS = 10
 """A step is a whole number of control ticks of so long."""
-FORCE_SCALES = (0.5, 2.0)
-"""Weights beside ROBOCLIMBER's of the machines that its ranges still fit (E)."""
 DRAWS = 25
 """So many draws in a row that do not stand are no environment."""
 
@@ -77,29 +65,6 @@ class Saved:
     """What the environment keeps beside the run."""
 
 
-def action_rows(
-    meaning: str, names: Sequence[str], unit: str, frame: str, size: float
-) -> list[Observed]:
-    """Rows of an action's table: what -1 to 1 means for each of `names`, from -size to size."""
-    return [
-        Observed(f"action_{name}", meaning.format(name), unit, frame, -size, size) for name in names
-    ]
-
-
-def check_size(machine: Machine) -> None:
-    """Refuse a machine so much smaller or larger than ROBOCLIMBER that the ranges of actions and
-    observations, newtons and metres of ROBOCLIMBER, would say little of it. Raises InputError.
-    """
-    low, high = FORCE_SCALES
-    if not low <= machine.scale.force <= high:
-        raise InputError(
-            "is of another size than the ranges of the environments",
-            field="machine",
-            value=f"{machine.total_mass_kg:.4g} kg",
-            allowed=f"{low * ROBOCLIMBER_KG:g} to {high * ROBOCLIMBER_KG:g} kg",
-        )
-
-
 class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     """One scenario as an environment. All keyword arguments are plain JSON values.
 
@@ -112,10 +77,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     table: tuple[Observed, ...] = TABLE
     """The observation, index by index."""
-    actions: tuple[Observed, ...] = (
-        *action_rows("vertical set point of {}, increment", LEGS, "m", "joint", OFFSET_STEP_M),
-        *action_rows("wanted pull of the {} rope, increment", SIDES, "N", "along it", PULL_STEP_N),
-    )
+    actions: tuple[Observed, ...] = INCREMENTS
     """The action, index by index."""
     terms: tuple[Term, ...] = HOLDING
     """What the reward is the sum of; a step's share of each is in its `info["reward_terms"]`."""
@@ -344,12 +306,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     def _order(self, action: Array) -> None:
         """Take an action in [-1, 1] over into set points."""
-        goal = self._trim.goal_m + OFFSET_STEP_M * action[: len(LEGS)]
-        self._trim.goal_m = np.clip(goal, -OFFSET_RANGE_M, OFFSET_RANGE_M)
-        assert self._trim.pull_n is not None
-        self._trim.pull_n = np.clip(
-            self._trim.pull_n + PULL_STEP_N * action[len(LEGS) :], 0.0, PULL_RANGE_N
-        )
+        increase(self._trim, action)
 
     def _run(self) -> tuple[Array, Array]:
         """Let a step's time go by: its rows."""
@@ -358,11 +315,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     def _ordered(self) -> dict[str, float]:
         """What the agent and the drill have ordered so far, by the table's names."""
-        assert self._trim.pull_n is not None
         known = self._sim.machine.drill_known()
         return {
-            **{f"orders.offset_{leg}": self._trim.goal_m[index] for index, leg in enumerate(LEGS)},
-            **{f"orders.pull_{side}": self._trim.pull_n[index] for index, side in enumerate(SIDES)},
+            **increased(self._trim),
             "orders.thrust": known["ordered_thrust"],
             "orders.torque": known["ordered_torque"],
         }

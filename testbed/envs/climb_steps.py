@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.walk_plan import Stride
-from testbed.envs.base import RoboclimberEnv, action_rows
+from testbed.envs.base import RoboclimberEnv
+from testbed.envs.increments import action_rows
 from testbed.envs.observations import CLIMB_TABLE
 from testbed.envs.rewards import END, LOST, Term, Truth
 from testbed.errors import InputError

@@ -18,7 +18,8 @@ from testbed.control.distribution.corrected import PULL_N, SHARE_N, Corrected
 from testbed.control.gait import Layered
 from testbed.control.layers.orders import Orders
 from testbed.control.observed import Observed
-from testbed.envs.base import RoboclimberEnv, action_rows
+from testbed.envs.base import RoboclimberEnv
+from testbed.envs.increments import action_rows
 from testbed.envs.observations import HOLE_TABLE
 from testbed.envs.rewards import END, LOST, Term, Truth
 from testbed.errors import InputError

@@ -16,7 +16,8 @@ from testbed.control.distribution.controllers import distribution
 from testbed.control.distribution.corrected import PULL_N, SHARE_N, Corrected
 from testbed.control.gait import Layered
 from testbed.control.layers.trim import Trim
-from testbed.envs.base import Observation, RoboclimberEnv, action_rows
+from testbed.envs.base import Observation, RoboclimberEnv
+from testbed.envs.increments import action_rows
 from testbed.envs.observations import SHARE_TABLE
 from testbed.machine.names import LEGS, SIDES
 from testbed.scenario.scenario import Scenario

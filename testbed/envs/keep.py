@@ -20,7 +20,8 @@ from testbed.control.gait import Layered
 from testbed.control.layers.orders import Orders
 from testbed.control.layers.shift import SHIFT_SPEED_M_S, Shift
 from testbed.control.layers.trim import OFFSET_SPEED_M_S, Trim
-from testbed.envs.base import OFFSET_RANGE_M, RoboclimberEnv, action_rows
+from testbed.envs.base import RoboclimberEnv
+from testbed.envs.increments import OFFSET_RANGE_M, action_rows
 from testbed.envs.observations import KEEP_TABLE
 from testbed.envs.rewards import Term, Truth
 from testbed.machine.names import SIDES

@@ -16,7 +16,10 @@ from numpy.typing import NDArray
 
 from testbed.control.distribution.corrected import VIEW
 from testbed.control.observed import Observed
+from testbed.errors import InputError
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.machine.scale import ROBOCLIMBER_KG
 from testbed.recording.rows import DataRow
 
 Array = NDArray[np.float64]
@@ -24,6 +27,8 @@ COLUMNS = {column.name: column for column in DataRow.columns()}
 """What a run records, by name."""
 OWN = ("orders.", "control.")
 """Rows under these names are control's own; all others are columns of the run's data."""
+FORCE_SCALES = (0.5, 2.0)
+"""Weights beside ROBOCLIMBER's of the machines that its ranges still fit (E)."""
 PRESSURE_PA = (0.0, 1.0e7)
 """Range of a pressure."""
 LOAD_N = (-2.0e3, 4.0e4)
@@ -209,3 +214,17 @@ def as_markdown(table: Sequence[Observed] = TABLE) -> str:
         for index, row in enumerate(table)
     ]
     return "\n".join(lines)
+
+
+def check_size(machine: Machine) -> None:
+    """Refuse a machine so much smaller or larger than ROBOCLIMBER that the ranges of actions and
+    observations, newtons and metres of ROBOCLIMBER, would say little of it. Raises InputError.
+    """
+    low, high = FORCE_SCALES
+    if not low <= machine.scale.force <= high:
+        raise InputError(
+            "is of another size than the ranges of the environments",
+            field="machine",
+            value=f"{machine.total_mass_kg:.4g} kg",
+            allowed=f"{low * ROBOCLIMBER_KG:g} to {high * ROBOCLIMBER_KG:g} kg",
+        )

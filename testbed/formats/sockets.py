@@ -74,7 +74,7 @@ def load_class(
             value=class_name,
             allowed=", ".join(own) or "a class of this file, which has none",
         )
-    _check_fits(found, socket, file, field)
+    check_fits(found, socket, field, file)
     return found
 
 
@@ -163,7 +163,7 @@ def _import(file: Path) -> ModuleType:
     return module
 
 
-def _check_fits(found: type, socket: type, file: Path, field: str) -> None:
+def check_fits(found: type, socket: type, field: str, file: Path | None = None) -> None:
     """Refuse a class that lacks a method of the socket, or whose method takes other arguments."""
     for name, wanted in vars(socket).items():
         if name.startswith("_") or not inspect.isfunction(wanted):

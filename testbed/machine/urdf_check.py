@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
+from functools import lru_cache
 from pathlib import Path
 from xml.parsers import expat
 
@@ -48,6 +49,18 @@ def read_urdf(path: str | Path) -> str:
     Raises InputError naming the file, the link or joint and what is wrong.
     """
     text = read_text(path, MOST_BYTES)
+    _links_of(text, str(path))
+    return text
+
+
+def lacking(path: Path) -> set[str]:
+    """The links of OPTIONAL_LINKS that a URDF does not have. Raises InputError as read_urdf."""
+    return set(OPTIONAL_LINKS) - _links_of(read_text(path, MOST_BYTES), str(path))
+
+
+@lru_cache(maxsize=16)
+def _links_of(text: str, path: str) -> frozenset[str]:
+    """Names of a sound URDF's links; what was found sound once is not looked through again."""
     try:
         _check_markup(text, path)
         robot = ET.fromstring(text)
@@ -74,13 +87,7 @@ def read_urdf(path: str | Path) -> str:
             field=f"link traction_{SIDES[1]}",
             allowed="both, or none",
         )
-    return text
-
-
-def lacking(path: Path) -> set[str]:
-    """The links of OPTIONAL_LINKS that a URDF does not have. Raises InputError as read_urdf."""
-    links = {link.get("name") for link in ET.fromstring(read_urdf(path)).findall("link")}
-    return set(OPTIONAL_LINKS) - links
+    return frozenset(links)
 
 
 def _check_markup(text: str, path: str | Path) -> None:

@@ -47,19 +47,6 @@ class Friction(Checked):
             self.coulomb_minus_n + self.stribeck_minus_n,
         )
 
-    def packed(self) -> list[float]:
-        """sigma, F_c0, F_s0, c_s for extension, then for retraction (8)."""
-        return [
-            self.viscous_plus_n_s_m,
-            self.coulomb_plus_n,
-            self.stribeck_plus_n,
-            self.stribeck_speed_plus_m_s,
-            self.viscous_minus_n_s_m,
-            self.coulomb_minus_n,
-            self.stribeck_minus_n,
-            self.stribeck_speed_minus_m_s,
-        ]
-
 
 class Parameter(Checked):
     """An effect's parameter: value, unit, and the interval that holds the truth in 90 of 100
@@ -118,10 +105,6 @@ class LegModel(Checked):
     force_offset_n: float = 0.0
     effects: Annotated[tuple[EffectEntry, ...], Sequence] = ()
     description: str | None = None
-
-    def with_effects(self, effects: tuple[EffectEntry, ...]) -> LegModel:
-        """A copy with another list of effects."""
-        return self.model_copy(update={"effects": effects})
 
 
 def read_model(path: str | Path) -> LegModel:

@@ -57,7 +57,9 @@ class LegKinematics:
     def joints(self, feet: Array) -> Array:
         """Joints (12), rad and m, that put the feet (4, 3) there; no range is checked."""
         out = np.empty(3 * len(LEGS))
-        joints_of_feet(feet, _NOWHERE, self.numbers, out)
+        joints_of_feet(
+            feet, self.hips_m, self.directions_rad, self.offsets_m, self.retracted_m, out
+        )
         return out
 
     def leg_foot(self, leg: int, joints: Sequence[float]) -> tuple[float, float, float]:
@@ -71,35 +73,25 @@ class LegKinematics:
         )
 
     @cached_property
-    def numbers(self) -> Array:
-        """What `joints_of_feet` takes: hip x and y, neutral direction, offset and height of each
-        leg (4, 5).
-        """
-        return np.column_stack(
-            [self.hips_m[:, :2], self.directions_rad, self.offsets_m, self.retracted_m]
-        )
-
-    @cached_property
-    def _legs(self) -> list[list[float]]:
-        """`numbers` as Python's own."""
-        rows: list[list[float]] = self.numbers.tolist()
-        return rows
-
-
-_NOWHERE = np.zeros(3)
+    def _legs(self) -> list[tuple[float, float, float, float, float]]:
+        """Hip x and y, direction, offset and height of each leg, as Python's own numbers."""
+        columns = (*self.hips_m.T[:2], self.directions_rad, self.offsets_m, self.retracted_m)
+        return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
 @njit
-def joints_of_feet(feet: Any, body: Any, legs: Any, out: Any) -> None:
-    """Fill `out` (12) by the joints, rad and m, that put the feet (4, 3) there with the body at
-    `body` (3).
+def joints_of_feet(
+    feet: Any, hips: Any, directions: Any, offsets: Any, retracted: Any, out: Any
+) -> None:
+    """Fill `out` (12) by the joints, rad and m, that put the feet (4, 3) there; the rest as in
+    LegKinematics.
     """
-    for leg in range(legs.shape[0]):
-        x, y = feet[leg, 0] - body[0] - legs[leg, 0], feet[leg, 1] - body[1] - legs[leg, 1]
-        turn = math.atan2(y, x) - legs[leg, 2] + math.pi
+    for leg in range(feet.shape[0]):
+        x, y = feet[leg, 0] - hips[leg, 0], feet[leg, 1] - hips[leg, 1]
+        turn = math.atan2(y, x) - directions[leg] + math.pi
         out[3 * leg] = turn % (2.0 * math.pi) - math.pi
-        out[3 * leg + 1] = length(x, y) - legs[leg, 3]
-        out[3 * leg + 2] = legs[leg, 4] - (feet[leg, 2] - body[2])
+        out[3 * leg + 1] = length(x, y) - offsets[leg]
+        out[3 * leg + 2] = retracted[leg] - feet[leg, 2]
 
 
 @njit

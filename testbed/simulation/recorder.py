@@ -14,7 +14,6 @@ import queue
 import shutil
 import threading
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -88,8 +87,8 @@ class RunRecorder:
         stay, and are read as the single file would be.
         """
         self.close()
-        with ThreadPoolExecutor(len(SERIES)) as both:
-            list(both.map(self._compact, SERIES))
+        for name in SERIES:
+            self._compact(name)
         if summary is not None:
             write_summary(self.out_dir, summary)
 

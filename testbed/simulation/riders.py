@@ -16,23 +16,26 @@ from testbed.estimation.detectors.base import Detector, scores_over, start
 from testbed.estimation.detectors.sample import Watch
 from testbed.estimation.detectors.table import detector_of
 from testbed.estimation.estimator import Estimator, estimator_of, loads_over
-from testbed.formats.sockets import user_code
+from testbed.formats.sockets import check_fits, user_code
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
 
 
-def named(chosen: Iterable[Any], shipped: Callable[[str], Any], field: str) -> dict[str, Any]:
+def named(
+    chosen: Iterable[Any], shipped: Callable[[str, str], Any], socket: type, field: str
+) -> dict[str, Any]:
     """Objects by name: `shipped` makes one of a name, a class is made, an object stays as it is.
 
-    Raises InputError where two have the same name.
+    Raises InputError where two have the same name, or where one does not fit its socket.
     """
     found: dict[str, Any] = {}
     for one in chosen:
         if isinstance(one, str):
-            name, made = one, shipped(one)
+            name, made = one, shipped(one, field)
         else:
             kind = one if inspect.isclass(one) else type(one)
+            check_fits(kind, socket, field)
             name, made = str(getattr(one, "name", kind.__name__)), one() if kind is one else one
         if name in found:
             raise InputError("is there twice", field=field, value=name, allowed="each name once")
@@ -54,10 +57,8 @@ class Riders:
         belief: NDArray[Any],
         dt_s: float,
     ) -> None:
-        self._detectors = named(detectors, lambda name: detector_of(name, "detectors"), "detectors")
-        self._estimators = named(
-            estimators, lambda name: estimator_of(name, "estimators"), "estimators"
-        )
+        self._detectors = named(detectors, detector_of, Detector, "detectors")
+        self._estimators = named(estimators, estimator_of, Estimator, "estimators")
         self._watch = Watch(belief)
         for rider in (*self._detectors.values(), *self._estimators.values()):
             start(rider, dt_s)

@@ -177,12 +177,7 @@ def recorded(
     `place`: folder for them, gone at the end; what a killed process has finished there is taken
     over. None: a temporary one. Raises OccupiedError where another process is at work there.
     """
-    from testbed.scenario.scenario import lacks, load_scenario
-
-    scenarios = [load_scenario(name, list(overrides), seed)]
-    first = scenarios[0]
-    if not first.ropes.enabled and not lacks(first) & ROPES_PULL_AT:
-        scenarios.append(_on_ropes(first))
+    scenarios = stages(name, overrides, seed)
     seconds = sum(scenario.duration_s for scenario in scenarios)
     if seconds > LONGEST_S:
         allowed = f"at most {LONGEST_S:g} s in all"
@@ -194,6 +189,16 @@ def recorded(
         for scenario, folder in zip(scenarios, folders, strict=True):
             _record(scenario, folder)
         yield folders
+
+
+def stages(name: str, overrides: Sequence[str] = (), seed: int | None = None) -> list[Scenario]:
+    """A scenario's programme and, where it is on level ground and the machine has ropes, theirs."""
+    from testbed.scenario.scenario import lacks, load_scenario
+
+    first = load_scenario(name, list(overrides), seed)
+    if first.ropes.enabled or lacks(first) & ROPES_PULL_AT:
+        return [first]
+    return [first, _on_ropes(first)]
 
 
 @contextmanager

@@ -58,6 +58,17 @@ def _contacts() -> None:
 def _step() -> None:
     board, estimator = Board.zeros(), (ChainBelief.zeros(), ChainState.zeros())
     compile_for(between_steps, 0, board, estimator, *map(_zeros, (Noise, DataRow, RecordedRow)))
+    _begin()
+
+
+def _begin() -> None:
+    """The first rows of a run: the small functions that are called beside the compiled step."""
+    from testbed.scenario.scenario import load_scenario
+    from testbed.world.simulation import Simulation
+
+    simulation = Simulation(load_scenario("drill_slope_45", duration=0.1))
+    simulation.run_block(1)
+    simulation.close()
 
 
 def _zeros(kind: type[Record]) -> Any:

@@ -17,7 +17,7 @@ from testbed.diagnosis.leg.series import series_of
 from testbed.effects.unnamed import stop
 from testbed.estimation.friction.identification import identify_rig
 from testbed.recording.axis import Recording, Rig
-from testbed.recording.leg_model import EffectEntry, LegModel
+from testbed.recording.leg_model import LegModel
 
 ZEROS_N = (3.0, -4.0, 2.0)
 """A load cell's zero wanders from run to run."""
@@ -33,7 +33,15 @@ def _rig(added_n: Callable[[Recording], np.ndarray], seed: int = 0) -> Rig:
     return Rig("bench", runs[0].folder, tuple(runs), ())
 
 
-def _corrected(rig: Rig) -> tuple[EffectEntry | None, LegModel]:
+def _without_stroke(rig: Rig) -> Rig:
+    runs = []
+    for run in rig.identify:
+        known = run.known.model_copy(update={"stroke_m": None})
+        runs.append(replace(run, header=run.header.model_copy(update={"known": known})))
+    return replace(rig, identify=tuple(runs))
+
+
+def _corrected(rig: Rig) -> tuple[LegModel | None, LegModel]:
     model, base = identify_rig(rig).model, declared(rig)
     problem = Problem(series_of(rig.identify, base.known), base, False)
     return bench_correction(problem, rig.identify, model), model
@@ -45,17 +53,28 @@ def _gradual_friction_n(recording: Recording) -> np.ndarray:
 
 @pytest.mark.slow
 def test_friction_that_turns_over_gradually_is_corrected_on_runs_never_seen() -> None:
-    entry, model = _corrected(_rig(_gradual_friction_n))
-    assert entry is not None and entry.name == "unnamed"
-    better = model.model_copy(update={"effects": (entry,)})
+    better, model = _corrected(_rig(_gradual_friction_n))
+    assert better is not None and [entry.name for entry in better.effects] == ["unnamed"]
     for recording in _rig(_gradual_friction_n, seed=5).identify:
         assert estimate_error(recording, better) < 0.9 * estimate_error(recording, model)
 
 
 @pytest.mark.slow
 def test_runs_that_only_their_zeros_tell_apart_are_left_to_identification() -> None:
-    entry, _ = _corrected(_rig(lambda recording: 0.0 * recording.position_m))
-    assert entry is None
+    corrected, _ = _corrected(_rig(lambda recording: 0.0 * recording.position_m))
+    assert corrected is None
+
+
+@pytest.mark.slow
+def test_a_correction_along_a_stroke_that_nobody_declares_is_used_as_it_was_fitted() -> None:
+    def along(recording: Recording) -> np.ndarray:
+        return -2e4 * (recording.position_m - np.mean(recording.position_m))
+
+    better, model = _corrected(_without_stroke(_rig(along)))
+    assert better is not None and model.known.stroke_m is None
+    assert better.known.stroke_m == pytest.approx(0.02, abs=1e-3)  # the travel that was seen
+    for recording in _without_stroke(_rig(along, seed=5)).identify:
+        assert estimate_error(recording, better) < 0.6 * estimate_error(recording, model)
 
 
 @pytest.mark.slow
@@ -63,8 +82,8 @@ def test_what_one_run_alone_shows_is_no_correction() -> None:
     def in_one(recording: Recording) -> np.ndarray:
         return (recording.name == "level2") * 40.0 * np.sign(np.gradient(recording.position_m))
 
-    entry, _ = _corrected(_rig(in_one))
-    assert entry is None
+    corrected, _ = _corrected(_rig(in_one))
+    assert corrected is None
 
 
 def test_an_elastic_stop_stretches_with_the_travel_and_no_further() -> None:

@@ -16,8 +16,8 @@ from testbed.diagnosis.leg.floor import (
     force_floor_n,
     rate_gain,
     smoothing_gain,
-    white_noise,
 )
+from testbed.diagnosis.leg.noise import white_noise
 from testbed.diagnosis.leg.series import series_of
 from testbed.estimation.leg.signals import WIDTH_S
 from testbed.recording.leg_model import Friction

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.commissioning import WIDER, Evidence, Posterior
+from testbed.diagnosis.robot.commissioning import Evidence, Posterior
 from testbed.diagnosis.robot.forces import Tolerated
 from testbed.effects.signature import Change
 
@@ -41,7 +41,7 @@ def test_a_sum_is_surer_than_its_parts_where_only_it_is_seen() -> None:
     found = Posterior.of([_evidence(truth, np.ones((100, 2)), 0.01, MASS, ZERO)])
     part, whole = found.of_sum({MASS: 1.0}, "N"), found.of_sum({MASS: 1.0, ZERO: 1.0}, "N")
     assert whole.value == pytest.approx(0.8, abs=0.01)
-    assert part.sd == pytest.approx(WIDER * 2.0 / math.sqrt(2.0), rel=0.01)
+    assert part.sd == pytest.approx(2.0 / math.sqrt(2.0), rel=0.01)
     assert whole.sd < 0.01 * part.sd
     assert part.before == (0.0, 2.0)
 

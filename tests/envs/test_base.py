@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from testbed.control.gait import Layered
-from testbed.envs.base import (
+from testbed.envs.base import RoboclimberEnv
+from testbed.envs.increments import (
     OFFSET_RANGE_M,
     OFFSET_STEP_M,
     PULL_RANGE_N,
     PULL_STEP_N,
-    RoboclimberEnv,
 )
 from testbed.envs.observations import TABLE, in_units
 from testbed.errors import InputError

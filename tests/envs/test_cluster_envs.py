@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -11,19 +12,15 @@ import gymnasium
 import numpy as np
 import pytest
 
+from testbed.envs.settings import MANY_STEPS
 from testbed.errors import InputError
 
-pytest.importorskip("stable_baselines3", reason="needs the extra rl")
-pytest.importorskip("distributed", reason="needs the extra sweep")
-
-from distributed import LocalCluster
-from stable_baselines3.common.vec_env import DummyVecEnv
-
-from testbed.envs.cluster import ClusterEnvs
-from testbed.envs.settings import MANY_STEPS
-from testbed.envs.training import train
-
-pytestmark = [pytest.mark.rl, pytest.mark.slow]
+WITHOUT_EXTRAS = not (find_spec("stable_baselines3") and find_spec("distributed"))
+pytestmark = [
+    pytest.mark.rl,
+    pytest.mark.slow,
+    pytest.mark.skipif(WITHOUT_EXTRAS, reason="needs the extras rl and sweep"),
+]
 
 
 class Walk(gymnasium.Env[Any, Any]):
@@ -51,6 +48,8 @@ class Walk(gymnasium.Env[Any, Any]):
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
+    from distributed import LocalCluster
+
     with LocalCluster(
         n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None
     ) as cluster:
@@ -58,6 +57,10 @@ def address() -> Iterator[str]:
 
 
 def test_two_environments_on_a_cluster_tell_what_they_tell_in_one_process(address: str) -> None:
+    from stable_baselines3.common.vec_env import DummyVecEnv
+
+    from testbed.envs.cluster import ClusterEnvs
+
     makers = [partial(Walk, first) for first in (1.0, 2.0)]
     told = []
     for envs in (DummyVecEnv(makers), ClusterEnvs(address, makers)):
@@ -81,6 +84,8 @@ def test_a_training_on_a_cluster_ends_with_the_weights_of_one_in_processes(
     address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two environments, a round of 16 steps each."""
+    from testbed.envs.training import train
+
     monkeypatch.setitem(MANY_STEPS, "n_steps", 16)
     monkeypatch.setitem(MANY_STEPS, "batch_size", 16)
     found = []
@@ -92,6 +97,8 @@ def test_a_training_on_a_cluster_ends_with_the_weights_of_one_in_processes(
 
 
 def test_a_scheduler_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    from testbed.envs.cluster import ClusterEnvs
+
     monkeypatch.setattr("testbed.simulation.workers.CONNECT_S", 0.3)
     with pytest.raises(InputError, match="--dask"):
         ClusterEnvs("tcp://127.0.0.1:9", [partial(Walk, 1.0)])

@@ -228,6 +228,7 @@ def test_faults_are_one_or_two_of_their_kinds_at_their_times() -> None:
     assert seen == {"cut_rope", "set_rope", "patch"} and 35 <= twice <= 65
 
 
+@pytest.mark.slow
 def test_the_machine_is_drawn_anew_at_every_reset_unless_nothing_is_to_vary() -> None:
     for name, resets in (("Keep-v0", 2), ("DrillHole-v0", 1), ("Climb-v1", 1)):
         env = gymnasium.make(f"Roboclimber/{name}", duration_s=3.0).unwrapped

@@ -44,6 +44,7 @@ def _episode(**arguments: Any) -> list[Any]:
         env.close()
 
 
+@pytest.mark.slow
 def test_every_argument_changes_an_episode() -> None:
     assert set(OTHER) == set(inspect.signature(RoboclimberEnv).parameters)
     plain = _episode()

@@ -247,20 +247,25 @@ def test_measured_seals_are_predicted_to_six_per_mille_in_the_median():
 
 
 def oil_cylinder(
-    plus_n: float, minus_n: float, bore: float = 1.0, seed: int = 0, levels: int = 3
+    plus_n: float,
+    minus_n: float,
+    bore: float = 1.0,
+    levels: int = 3,
+    speeds: tuple[float, ...] = (0.005, 0.01, 0.02, 0.04),
+    back_pa_s_m: float = 0.0,
 ) -> tuple[list, Known]:
     """A cylinder of both chambers on a load cell; `bore` times the declared 70 mm, Coulomb friction
-    by direction.
+    by direction; `back_pa_s_m`: how much pressure B rises with the speed at which it retracts.
     """
     known = KNOWN.model_copy(update={"inclination_deg": 90.0, "moving_mass_kg": None})
     area_a = bore**2 * known.area_a_m2
     area_b = area_a - (known.area_a_m2 - known.area_b_m2)
     out = []
     for k in range(levels):
-        rng = np.random.default_rng([seed, k])
-        v = speed_profile((0.005, 0.01, 0.02, 0.04), longest_s=2.0, travel_m=0.02)
+        rng = np.random.default_rng([0, k])
+        v = speed_profile(speeds, longest_s=2.0, travel_m=0.02)
         t = np.arange(v.size) * 1e-3
-        pb = 1.5e6 + 4e5 * np.sin(0.7 * t) + 3e5 * (v < 0)
+        pb = 1.5e6 + 4e5 * np.sin(0.7 * t) + 3e5 * (v < 0) + back_pa_s_m * np.maximum(-v, 0.0)
         pa = 4e6 + 2e6 * k + 1e6 * np.sin(0.4 * t + k) + 5e5 * (v > 0)
         friction = np.where(v > 0, plus_n, np.where(v < 0, -minus_n, 0.0)) + 3000.0 * v
         force = pa * area_a - pb * area_b - friction + rng.normal(0.0, 20.0, t.size)
@@ -299,6 +304,15 @@ def test_a_bore_that_is_off_moves_within_its_tolerance_and_says_so() -> None:
     assert "bore_m: declared 0.07 m, used 0.0710" in said and "force_offset_n" in said
     assert "bore_m: declared 0.07 m" in str(found.model.description)
     assert found.tree()["declared"]["bore_m"]["declared"] == 0.07
+
+
+def test_a_back_pressure_that_grows_with_the_speed_is_no_other_rod() -> None:
+    recordings, known = oil_cylinder(
+        600.0, 600.0, speeds=(0.012, 0.02, 0.05), back_pa_s_m=2.4e7, bore=1.01
+    )
+    used = {one.name: one for one in identify(recordings, known, "cylinder").used}
+    assert used["rod_m"].used == known.rod_m
+    assert used["bore_m"].used == pytest.approx(1.01 * known.bore_m, rel=0.002)
 
 
 def test_a_narrow_tolerance_holds_a_declared_bore_against_the_data() -> None:

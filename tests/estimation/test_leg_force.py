@@ -14,6 +14,7 @@ from testbed.estimation.leg.balance import external_n
 from testbed.estimation.leg.flow import edge_flow, spool
 from testbed.estimation.leg.force import estimate
 from testbed.estimation.leg.motion import encoder_noise, motion, smooth, through_steps
+from testbed.recording.axis import Rig
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
 
 RATE = 1000.0
@@ -70,6 +71,14 @@ def test_the_spool_settles_on_its_command() -> None:
 
 
 @pytest.fixture(scope="module")
+def declared_leg() -> tuple[Rig, LegModel]:
+    """A leg as its rig declares it, with some friction: nothing is fitted."""
+    rig, _ = make_rig(2, "clean")
+    friction = Friction(viscous_plus_n_s_m=2000.0, coulomb_plus_n=300.0)
+    return rig, LegModel(known=rig.verify[0].known, friction=friction)
+
+
+@pytest.fixture(scope="module")
 def clean() -> tuple[object, LegModel]:
     from testbed.diagnosis.leg.base_models import declared, fit_base
     from testbed.diagnosis.leg.problem import Problem
@@ -80,6 +89,7 @@ def clean() -> tuple[object, LegModel]:
     return rig, fit_base(Problem(series_of(rig.identify, base.known), base, True))[1]
 
 
+@pytest.mark.slow
 def test_in_the_air_the_force_is_nothing_and_on_the_cell_it_is_the_cells(
     clean: tuple[object, LegModel],
 ) -> None:
@@ -93,6 +103,7 @@ def test_in_the_air_the_force_is_nothing_and_on_the_cell_it_is_the_cells(
         assert np.sqrt(np.mean(error**2)) < limit
 
 
+@pytest.mark.slow
 def test_at_rest_the_set_holds_the_truth_and_the_value_lies_in_it(
     clean: tuple[object, LegModel],
 ) -> None:
@@ -112,9 +123,9 @@ def test_at_rest_the_set_holds_the_truth_and_the_value_lies_in_it(
     assert np.sqrt(np.mean(outside**2)) < 40.0
 
 
-def test_causal_estimates_use_nothing_that_comes_later(clean: tuple[object, LegModel]) -> None:
-    rig, model = clean
-    recording = rig.verify[2]  # type: ignore[attr-defined]
+def test_causal_estimates_use_nothing_that_comes_later(declared_leg: tuple[Rig, LegModel]) -> None:
+    rig, model = declared_leg
+    recording = rig.verify[2]
     whole = estimate(recording, model, causal=True).force_n
     half = len(recording) // 2
     cut = {
@@ -136,20 +147,20 @@ def test_causal_estimates_use_nothing_that_comes_later(clean: tuple[object, LegM
     assert np.abs(whole[: half - 1] - part[: half - 1]).max() < 1e-6
 
 
-def test_a_gain_in_the_model_scales_the_pressure_back(clean: tuple[object, LegModel]) -> None:
-    rig, model = clean
-    recording = rig.verify[2]  # type: ignore[attr-defined]
+def test_a_gain_in_the_model_scales_the_pressure_back(declared_leg: tuple[Rig, LegModel]) -> None:
+    rig, model = declared_leg
+    recording = rig.verify[2]
     wrong = replace(recording, pressure_a_pa=1.05 * recording.pressure_a_pa)
     gain = EffectEntry(name="sensor.gain_a", parameters={"gain_error": 0.05})
-    repaired = estimate(wrong, model.with_effects((gain,))).force_n
+    repaired = estimate(wrong, model.model_copy(update={"effects": (gain,)})).force_n
     assert np.abs(repaired - estimate(recording, model).force_n).max() < 1e-3
 
 
 def test_one_leg_is_estimated_fifty_times_faster_than_it_was_recorded(
-    clean: tuple[object, LegModel],
+    declared_leg: tuple[Rig, LegModel],
 ) -> None:
-    rig, model = clean
-    recording = rig.identify[0]  # type: ignore[attr-defined]
+    rig, model = declared_leg
+    recording = rig.identify[0]
     estimate(recording, model)
     began = time.process_time()
     estimate(recording, model)

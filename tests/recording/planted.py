@@ -201,6 +201,19 @@ def dead(quantity: str) -> Callable[[Sample], None]:
     return plant
 
 
+def spike(quantity: str) -> Callable[[Sample], None]:
+    def plant(s: Sample) -> None:
+        values = s[quantity].copy()
+        values[len(values) // 4] += 20.0 * np.ptp(values)
+        s[quantity] = values
+
+    return plant
+
+
+def mass_in_grams(s: Sample) -> None:
+    s.head["known"]["moving_mass_kg"] *= 1e3
+
+
 def lost(quantity: str) -> Callable[[Sample], None]:
     def plant(s: Sample) -> None:
         del s.columns[s.column(quantity)]  # type: ignore[arg-type]
@@ -277,6 +290,15 @@ FAULTS: dict[str, Fault] = {
     ),
     "position not a number": Fault(not_a_number("position"), ("position",), needs("position")),
     "pressure A dead": Fault(dead("pressure_a"), ("pressure_a",), slides("pressure_a")),
+    "position has a spike": Fault(spike("position"), ("position",), needs("position")),
+    "load cell half as large again": Fault(
+        times(REFERENCE, 1.5), (REFERENCE, "pressure_a"), lambda s: loaded(s) and slides()(s)
+    ),
+    "mass in grams": Fault(
+        mass_in_grams,
+        ("known.moving_mass_kg", "actuator_force"),
+        lambda s: bool(s.head["known"].get("moving_mass_kg")) and slides()(s),
+    ),
     "column lost": Fault(lost("position"), ("channels.position.column",), needs("position")),
     "encoder coarser": Fault(
         coarser,

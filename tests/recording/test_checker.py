@@ -15,8 +15,10 @@ from planted import FAULTS, load, planted
 
 from testbed.cli import main
 from testbed.errors import InputError
+from testbed.machine.build import build_machine
 from testbed.recording.checker.check import check_recording
 from testbed.recording.checker.sensors import repetitions
+from testbed.recording.known import Known
 
 SAMPLES = Path(__file__).parents[1] / "data" / "first_version"
 LEG = SAMPLES / "leg" / "verify" / "press"
@@ -123,6 +125,25 @@ def test_a_robot_is_checked_axis_by_axis(tmp_path: Path) -> None:
     channels = " ".join(f.channel for f in found.findings if f.severity == "error")
     assert "pressure_a_fr_vertical" in channels and "attitude_roll" in channels
     assert "fl_vertical" not in channels
+
+
+@pytest.mark.parametrize(("held_n", "usable"), [(400.0, True), (4000.0, False)])
+def test_a_leg_at_rest_may_bear_what_its_seals_hold_and_no_more(
+    held_n: float, usable: bool, tmp_path: Path
+) -> None:
+    """Of a leg that stands still, with a rod's chamber that bears as much as the seals may hold."""
+    sample = load(robot(tmp_path / "sound"))
+    for name in ("position_fl_vertical", "pressure_a_fl_vertical", "expected_fl"):
+        sample.columns[name] = np.full_like(sample.columns[name], np.mean(sample.columns[name]))
+    cylinder = build_machine().vertical_cylinder
+    known = Known(bore_m=cylinder.bore_m, rod_m=cylinder.rod_m)
+    assert known.area_a_m2 and known.area_b_m2
+    push_n = known.area_a_m2 * sample.columns["pressure_a_fl_vertical"]
+    sample.columns["expected_fl"] = push_n
+    sample.columns["pressure_b_fl_vertical"] = np.full_like(push_n, held_n / known.area_b_m2)
+    found = check_recording(sample.write(tmp_path / "standing"))
+    errors = [f.channel for f in found.findings if f.severity == "error"]
+    assert (not any("fl_vertical" in channel for channel in errors)) == usable
 
 
 def test_a_header_that_cannot_be_read_is_a_finding_and_no_folder_is_an_error(

@@ -73,12 +73,20 @@ SHOWN: dict[str, Edit] = {
 }
 
 
+DRAWN = ("a word for a number", "an effect without numbers", "an estimate is not a number")
+"""What is met after all pictures are drawn."""
+
+
+def as_slow_as_it_is(edit: str) -> Any:
+    return pytest.param(edit, marks=pytest.mark.slow) if edit in DRAWN else edit
+
+
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_synthetic_run(tmp_path_factory.mktemp("runs") / "run", 2.0)
 
 
-@pytest.mark.parametrize("edit", REFUSED)
+@pytest.mark.parametrize("edit", [as_slow_as_it_is(edit) for edit in REFUSED])
 def test_it_is_refused_in_one_line(run: Path, tmp_path: Path, edit: str) -> None:
     folder = Path(shutil.copytree(run, tmp_path / "edited"))
     REFUSED[edit](folder)
@@ -87,7 +95,7 @@ def test_it_is_refused_in_one_line(run: Path, tmp_path: Path, edit: str) -> None
     assert "\n" not in str(error.value) and not (folder / "report.html").exists()
 
 
-@pytest.mark.parametrize("edit", SHOWN)
+@pytest.mark.parametrize("edit", [as_slow_as_it_is(edit) for edit in SHOWN])
 def test_it_is_shown_as_far_as_it_goes(run: Path, tmp_path: Path, edit: str) -> None:
     folder = Path(shutil.copytree(run, tmp_path / "edited"))
     SHOWN[edit](folder)

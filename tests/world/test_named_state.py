@@ -74,6 +74,7 @@ def _run(variant: str, rows: int, **environment: str) -> dict:
     return json.loads(out.stdout.splitlines()[-1])
 
 
+@pytest.mark.slow
 def test_a_field_in_the_middle_of_every_record_changes_no_number_of_a_run() -> None:
     """The kernels as Python functions: the same columns, recorder, observations and readings by
     name.

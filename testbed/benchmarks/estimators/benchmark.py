@@ -13,6 +13,7 @@ from testbed.benchmarks.estimators.scores import result, scores
 from testbed.benchmarks.estimators.trials import DITHERED, JUDGE, LIARS, Trial, simulate
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.benchmarks.marks import code, digest
+from testbed.errors import InputError
 from testbed.estimation.estimator import estimator_of
 from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.formats.sockets import split_user_class
@@ -20,13 +21,16 @@ from testbed.machine.build import build_machine
 from testbed.report.tables import Table
 from testbed.world.believed import OwnBelief
 
+RUNS = (*JUDGE, *DITHERED, *LIARS)
+"""The runs that results come from."""
+
 
 @dataclass(frozen=True)
 class Estimators(Benchmark[Trial]):
-    """All runs; `few`: one of each kind; `own`: estimators of the user's own, FILE.py:Class, beside
-    the shipped ones.
+    """All runs; `few`: one of each kind; `kinds`: of these alone; `own`: estimators of the user's
+    own, FILE.py:Class, beside the shipped ones.
 
-    Raises InputError for a class that is not there or does not fit.
+    Raises InputError for a class that is not there or does not fit, and for an unknown kind.
     """
 
     name = "estimators"
@@ -38,8 +42,15 @@ class Estimators(Benchmark[Trial]):
     """
 
     own: tuple[str, ...] = ()
+    kinds: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        known = dict.fromkeys(trial.kind for trial in RUNS)
+        for kind in self.kinds:
+            if kind not in known:
+                raise InputError(
+                    "no such kind of run", field="--kind", value=kind, allowed=", ".join(known)
+                )
         for name in self.own:
             split_user_class(name, field="--estimator")
             estimator_of(name, "--estimator")
@@ -51,7 +62,8 @@ class Estimators(Benchmark[Trial]):
 
     def cases(self) -> Mapping[str, Trial]:
         """The runs that results come from."""
-        every = tuple(replace(trial, draw=self.draw) for trial in (*JUDGE, *DITHERED, *LIARS))
+        wanted = [trial for trial in RUNS if not self.kinds or trial.kind in self.kinds]
+        every = tuple(replace(trial, draw=self.draw) for trial in wanted)
         first = {trial.kind: trial for trial in reversed(every)}
         return {trial.name: trial for trial in (first.values() if self.few else every)}
 

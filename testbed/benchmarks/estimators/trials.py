@@ -10,7 +10,7 @@ slopes (save for one crawl's) and, but for the calibration's, temperatures.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -217,15 +217,20 @@ class Series:
     rope_directions: Array
 
 
-def simulate(scenario: Scenario, tell: Callable[[float], None] | None = None) -> Series:
+def simulate(
+    scenario: Scenario,
+    tell: Callable[[float], None] | None = None,
+    measured: Sequence[str] = MEASURED,
+    true: Sequence[str] = TRUE,
+) -> Series:
     """Run a scenario and keep what the comparison needs."""
     from testbed.world.simulation import Simulation
 
     world = Simulation(scenario)
     try:
         at = (
-            [world.data_columns.index(column) for column in MEASURED],
-            [world.truth_columns.index(column) for column in TRUE],
+            [world.data_columns.index(column) for column in measured],
+            [world.truth_columns.index(column) for column in true],
         )
         blocks: list[tuple[Array, Array]] = []
         while not world.finished:
@@ -238,7 +243,7 @@ def simulate(scenario: Scenario, tell: Callable[[float], None] | None = None) ->
     finally:
         world.close()
     return Series(
-        {column: np.ascontiguousarray(data[:, index]) for index, column in enumerate(MEASURED)},
-        {column: np.ascontiguousarray(truth[:, index]) for index, column in enumerate(TRUE)},
+        {column: np.ascontiguousarray(data[:, index]) for index, column in enumerate(measured)},
+        {column: np.ascontiguousarray(truth[:, index]) for index, column in enumerate(true)},
         ropes,
     )

@@ -6,13 +6,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.estimators.trials import Series, simulate
+from testbed.benchmarks.estimators.trials import MEASURED, Series, simulate
+from testbed.benchmarks.machines import moving_horizon
+from testbed.diagnosis.robot.commissioning import evidence_of, levelled, weighed
 from testbed.effects import by_name
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, without
@@ -21,9 +24,12 @@ from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.formats.intervals import Z90
 from testbed.machine.names import LEGS
 from testbed.recording.leg_model import EffectEntry
+from testbed.recording.robot_model import write_robot_model
 from testbed.robot.robot import Robot
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
+from testbed.simulation.truth_machine import truth_machine
+from testbed.workflows.commission import believed, stages
 from testbed.world.believed import OwnBelief, own_belief
 from testbed.world.undeclared import hidden_of
 
@@ -38,6 +44,8 @@ TASKS: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 """Task -> shipped scenario and changes."""
 PERFECT, BOARD, COMMISSIONED = "perfect", "drawing board", "commissioned"
+HORIZON = "commissioned, moving horizon"
+"""The rival of moving_horizon.py."""
 ABLATIONS: dict[str, tuple[str, ...]] = {
     "without weight and ropes learnt": ("weighs",),
     "without friction learnt": ("friction",),
@@ -102,6 +110,51 @@ def beliefs(scenario: Scenario, model: Path | None) -> dict[str, OwnBelief]:
     return found
 
 
+def commissioned(
+    draw: str, seed: int, model: Path, recordings: Path | None = None
+) -> dict[str, dict[str, float]]:
+    """Let a drawn machine commission itself into a model file, as `testbed commission` does: each
+    number found, its interval, and the truth. `recordings`: as for `recorder`.
+    """
+    programme = stages("commissioning_flat", draw_changes(draw, seed), seed)
+    evidence, seconds = [], 0.0
+    only = partial(simulate, measured=(*MEASURED, "supply_pressure"), true=())
+    for stage in programme:
+        series = recorder(recordings, f"commissioning {stage.name} {seed}", only)(stage)
+        robot = Robot.of(
+            machines_of(stage).belief, stage.carried_kg, stage.ropes.attachment_height_m
+        )
+        if stage is programme[0]:
+            evidence.append(levelled(series.data, robot))
+        evidence.append(evidence_of(series.data, robot, series.rope_directions))
+        seconds += stage.duration_s
+    found = weighed(evidence, robot)
+    write_robot_model(model, believed(found, robot.machine, seconds))
+    truth = truth_of(programme[0])
+    return {
+        name: {
+            "value": number.value,
+            "low": number.interval90[0],
+            "high": number.interval90[1],
+            "truth": truth[name]["value"],
+        }
+        for name, number in found.numbers.items()
+        if number.shown and name in truth
+    }
+
+
+def truth_of(scenario: Scenario) -> dict[str, Any]:
+    """The machine that a scenario draws, by the names of a commissioning."""
+    from testbed.world.simulation import Simulation
+
+    world = Simulation(scenario)
+    try:
+        numbers: dict[str, Any] = truth_machine(scenario, world)["numbers"]
+    finally:
+        world.close()
+    return numbers
+
+
 def chain_belief(
     own: OwnBelief, scenario: Scenario, ropes: Array, tuning: OwnTuning | None = None
 ) -> Believed:
@@ -121,6 +174,10 @@ def estimates(
     for name, own in beliefs(scenario, model).items():
         rows = replay_rows(series.data, chain_belief(own, scenario, series.rope_directions))
         yield name, rows["estimate"]["own"].T, rows["estimate_own"]["sd"].T
+        if name == COMMISSIONED:
+            alone = without(OwnTuning(), "swing", "balance", "friction", "weighs")
+            belief = chain_belief(own, scenario, series.rope_directions, alone)
+            yield HORIZON, *moving_horizon.loads(series.data, belief)
         if name != BOARD:
             continue
         for method in PUBLISHED:
@@ -160,6 +217,7 @@ def scores(
     moving = (way > MOVING_M_S * 2 * AROUND * step_s)[:, late]
     return {
         name: sums((load - true)[:, late], None if sd is None else sd[:, late], moving)
+        | {"moving_s": float(moving.sum()) * step_s}
         for name, load, sd in estimates(scenario, series, model, ablations)
     }
 
@@ -188,17 +246,19 @@ def read_kept(file: Path) -> Series:
         return Series(parts["data"], parts["truth"], stored["ropes"])
 
 
-def recorder(folder: Path | None, name: str) -> Callable[[Scenario], Series]:
-    """Simulates, or reads what a former run of that name left in the folder; None: nothing is
-    kept.
+def recorder(
+    folder: Path | None, name: str, run: Callable[[Scenario], Series] = simulate
+) -> Callable[[Scenario], Series]:
+    """Simulates by `run`, or reads what a former run of that name left in the folder; None: nothing
+    is kept.
     """
     if folder is None:
-        return simulate
+        return run
     file = folder / f"{name}.npz"
 
     def record(scenario: Scenario) -> Series:
         if not file.is_file():
-            kept(simulate(scenario), file)
+            kept(run(scenario), file)
         return read_kept(file)
 
     return record

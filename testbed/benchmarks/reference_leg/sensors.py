@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import lfilter
 
 from testbed.benchmarks.reference_leg.rigs import header
 from testbed.recording.axis import Recording
@@ -68,7 +67,7 @@ def read(
 
 def _line(p: Array, rate: float, hz: float, zeta: float) -> Array:
     """Second-order lag by the bilinear transform (first order where zeta < 0)."""
-    from scipy.signal import bilinear, lfilter_zi
+    from scipy.signal import bilinear, lfilter, lfilter_zi
 
     w = 2.0 * np.pi * hz
     num, den = ([w * w], [1.0, 2.0 * zeta * w, w * w]) if zeta > 0.0 else ([w], [1.0, w])
@@ -79,6 +78,8 @@ def _line(p: Array, rate: float, hz: float, zeta: float) -> Array:
 def _sensor_effects(
     t: Array, pa: Array, pb: Array, temperature: Array, rate: float, hidden: dict[str, float]
 ) -> tuple[Array, Array]:
+    from scipy.signal import lfilter
+
     for name, number in hidden.items():
         effect, _, key = name.rpartition(":")
         form = hidden.get(f"{effect}:form", 0.0)

@@ -51,7 +51,8 @@ EDGE = (
 )
 """A valve's edge differs from its plate by some tenths of a per cent: never a finding."""
 ZERO_FORCE = (Coordinate(ZERO, "zero_n", 0.0, -1e3, 1e3, 1.0),)
-"""Of a bench's pressure sensor and load cell: nobody declares them, and they are no finding."""
+"""Of a bench's pressure sensor and load cell, of a drive's force: nobody declares them, and they
+are no finding."""
 
 
 def declared(rig: Rig) -> LegModel:
@@ -141,13 +142,13 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     coordinates = friction_coordinates(friction, scale)
     if problem.with_flow:
         coordinates += EDGE
-    if problem.kind == "cylinder":
+    if problem.kind in ("cylinder", "drive"):
         coordinates += ZERO_FORCE
-    coordinates += within_tolerance(problem)
     if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:
         friction = _fit_mass(problem, coordinates, friction)
         start = Point(friction, Edge(), problem.believed)
         coordinates = [restarted(coordinate, start) for coordinate in coordinates]
+    coordinates += within_tolerance(problem)
     fit = solve(problem, coordinates, Point(friction, Edge(), problem.believed), iterations=20)
     if problem.kind == "vertical-leg":
         fit = _better(problem, fit)
@@ -157,8 +158,8 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
 
 
 def within_tolerance(problem: Problem) -> list[Coordinate]:
-    """How far a bench's declared bore, and a drive's declared mass, are off, as shares: priors, and
-    no findings.
+    """How far a bench's declared bore, and a drive's mass, are off, as shares: priors, and no
+    findings. A mass that nobody declares stays as good as free beside whatever else is fitted.
 
     A leg's declared numbers are those of a machine that was measured: they stay.
     """
@@ -166,9 +167,11 @@ def within_tolerance(problem: Problem) -> list[Coordinate]:
     number = {"cylinder": "bore_m", "drive": "moving_mass_kg"}.get(problem.kind)
     if number is None or not getattr(known, number):
         return []
-    width = known.tolerance(number)
+    width = UNKNOWN_SHARE if number in problem.not_declared else known.tolerance(number)
     most = MOST * width
-    return [Coordinate(DECLARED, number, 0.0, -most, most, 0.1 * width, prior=(0.0, width))]
+    return [
+        Coordinate(DECLARED, number, 0.0, max(-most, -0.99), most, 0.1 * width, prior=(0.0, width))
+    ]
 
 
 def _held_to_declared(problem: Problem, fit: Fit) -> Fit:
@@ -186,8 +189,10 @@ def _held_to_declared(problem: Problem, fit: Fit) -> Fit:
     return solve(problem, coordinates, fit.at, iterations=20)
 
 
-UNKNOWN_MASS_KG = 10.0
-"""Start and scale of a mass that nobody declares."""
+UNKNOWN_MASS_KG, UNKNOWN_SHARE = 10.0, 0.5
+"""Start and scale of a mass that nobody declares; and the share by which what was fitted for it may
+still be off.
+"""
 
 
 def _fit_mass(problem: Problem, coordinates: Sequence[Coordinate], friction: Friction) -> Friction:
@@ -206,4 +211,5 @@ def _fit_mass(problem: Problem, coordinates: Sequence[Coordinate], friction: Fri
     )
     problem.base = problem.base.model_copy(update={"known": known})
     problem.series = tuple(series.declared(known) for series in problem.series)
+    problem.not_declared = ("moving_mass_kg",)
     return found.at.friction

@@ -71,11 +71,13 @@ class BenchSigns:
         )
 
     def of_unnamed(self) -> dict[str, float]:
-        """What tells that no name covers what is there."""
+        """What tells that no name covers what is there; a memory only of what the sensors do not
+        leave anyway.
+        """
         return {
             "one": 1.0,
             "excess": self.excess,
-            "memory": float(np.log(self.memory)),
+            "memory": float(np.log(self.memory)) * min(self.excess, 1.0),
             "closed": self.closed,
             "generic": float(np.log(max(self.generic_gain, 1.0))),
             "fall": self.generic_fall,

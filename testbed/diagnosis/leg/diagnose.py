@@ -140,8 +140,7 @@ def _identified(verdict: Verdict, model: LegModel, problem: Problem, rig: Rig) -
     """
     if verdict.kind == "none":
         return model
-    entry = bench_correction(problem, rig.identify, model)
-    return model if entry is None else model.model_copy(update={"effects": (entry,)})
+    return bench_correction(problem, rig.identify, model) or model
 
 
 def believed(rig: Rig, model: LegModel) -> LegModel:

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.leg.fit import Fit
+from testbed.diagnosis.leg.noise import given_back
 from testbed.diagnosis.leg.prediction import held_out
 from testbed.diagnosis.leg.problem import Problem
 
@@ -73,8 +74,16 @@ class Evidence:
 
 
 def evidence(problem: Problem, fit: Fit) -> Evidence:
-    """Evidence of a fit from its held-out residuals."""
-    return of_residual(problem, held_out(problem, fit))
+    """Evidence of a fit from what it leaves of bins that it was not fitted on."""
+    return of_residual(problem, judged(problem, fit))
+
+
+def judged(problem: Problem, fit: Fit) -> dict[str, Array]:
+    """Held-out residuals by which a fit is judged: noise that its effects only filter is put
+    back.
+    """
+    left = held_out(problem, fit)
+    return left | {"force": given_back(problem, fit.at.effects, left["force"])}
 
 
 def of_residual(problem: Problem, residual: dict[str, Array]) -> Evidence:

@@ -11,20 +11,15 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.leg.evidence import FEWEST, Key, student
+from testbed.diagnosis.leg.noise import grain, rounding_left, white_noise
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.series import Series
+from testbed.diagnosis.leg.series import BIN, Series
 from testbed.estimation.leg.force import estimate
 from testbed.estimation.leg.signals import WIDTH_S, signals_of
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
-
-
-def white_noise(values: Array) -> float:
-    """Standard deviation of a channel's white noise, robust: from second differences."""
-    second = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
-    return float(1.48 * np.median(second) / np.sqrt(6.0))
 
 
 def load_cell_noise_n(recording: Recording) -> float:
@@ -64,19 +59,28 @@ def force_floor_n(
         -(known.moving_mass_kg or 0.0) * series.acceleration_noise_m_s2
         - slope * series.velocity_noise_m_s
     )
-    noise = 0.0
+    noise, rounding = load_cell_noise_n(recording) ** 2, _cell_rounding_n(recording) ** 2
     for values, area in (
         (recording.pressure_a_pa, known.area_a_m2),
         (recording.pressure_b_pa, known.area_b_m2),
+        (recording.actuator_force_n, 1.0),
     ):
         if values is not None:
             noise += (white_noise(values) * area) ** 2
-    if recording.actuator_force_n is not None:
-        noise += white_noise(recording.actuator_force_n) ** 2
-    noise += load_cell_noise_n(recording) ** 2
+            rounding += (rounding_left(values) * area) ** 2
     size = np.sqrt(noise) * smoothing_gain(series.full_rate_hz, width_s)
     rng = np.random.default_rng(0)
-    return np.asarray(encoder + size * rng.standard_normal(len(velocity)), dtype=np.float64)
+    white = size * rng.standard_normal(len(velocity))
+    lasting = np.sqrt(rounding) * np.repeat(rng.standard_normal(len(velocity) // BIN + 1), BIN)
+    return np.asarray(encoder + white + lasting[: len(velocity)], dtype=np.float64)
+
+
+def _cell_rounding_n(recording: Recording) -> float:
+    """What averaging leaves of a load cell's rounding, where it declares no resolution, N."""
+    reference, values = recording.header.reference_force, recording.reference_force_n
+    if reference is None or values is None or reference.standard_deviation is not None:
+        return 0.0
+    return rounding_left(values) if reference.kind == "load-cell" else 0.0
 
 
 def flow_floor_m3_s(series: Series, recording: Recording) -> tuple[Array, Array]:
@@ -150,7 +154,7 @@ def sensor_noise_n(recording: Recording, model: LegModel) -> Array:
     """
     rng = np.random.default_rng(2)
     signals = signals_of(recording, model.known)
-    step = recording.position_resolution_m
+    count = recording.position_resolution_m
 
     def at_samples(values: Array) -> Array:
         return np.interp(recording.time_s, signals.time_s, values)
@@ -158,13 +162,16 @@ def sensor_noise_n(recording: Recording, model: LegModel) -> Array:
     position = at_samples(signals.position_m)
     truth: dict[str, Array] = {"position_m": position}
     read: dict[str, Array] = {
-        "position_m": np.floor(position / step + 0.37) * step if step > 0.0 else position
+        "position_m": np.floor(position / count + 0.37) * count if count > 0.0 else position
     }
     for name in ("pressure_a_pa", "pressure_b_pa", "actuator_force_n"):
         values, smoothed = getattr(recording, name), getattr(signals, name)
         if values is not None:
             truth[name] = at_samples(smoothed)
             read[name] = truth[name] + white_noise(values) * rng.standard_normal(len(values))
+            step = grain(values)
+            if step > 0.0:
+                read[name] = np.round(read[name] / step) * step
     continuous = recording.header.channels["position"].model_copy(update={"resolution": None})
     header = recording.header.model_copy(
         update={"channels": recording.header.channels | {"position": continuous}}

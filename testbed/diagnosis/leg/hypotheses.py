@@ -48,6 +48,8 @@ def _why_not(problem: Problem, effect: Effect) -> str | None:
     """Why an effect is no hypothesis on this rig; None where it is one."""
     if effect.name in {active.effect.name for active in problem.believed}:
         return "the model has it already"
+    if effect.declared_as in problem.not_declared:
+        return "nobody declares that number: it is fitted, and no finding"
     if problem.base.rig not in effect.rigs:
         return f"does not exist in a rig of kind {problem.base.rig}"
     channels = _channels(problem)

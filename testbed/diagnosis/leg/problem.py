@@ -71,6 +71,8 @@ class Problem:
     with_flow: bool
     believed: tuple[Active, ...] = ()
     """Effects that the model has already: in every residual, and no hypotheses."""
+    not_declared: tuple[str, ...] = ()
+    """Numbers that the rig does not declare, which are fitted and no findings."""
     layout: dict[str, Layout] = field(default_factory=dict)
     _corrected: tuple[object, list[Signals]] | None = None
     _balanced: tuple[object, list[Balance]] | None = None

@@ -32,7 +32,7 @@ from testbed.recording.axis import Recording
 from testbed.recording.leg_model import EffectEntry, LegModel
 
 REPEATED = 0.8
-BETTER, WORSE = 0.99, 1.02
+BETTER, WORSE = 0.97, 1.02
 """To what share of the error without it a name has to bring the error of runs left out, and how
 much worse than `identify` a run may become."""
 

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.diagnosis.leg.evidence import FREEDOM
-from testbed.diagnosis.leg.prediction import held_out
+from testbed.diagnosis.leg.evidence import FREEDOM, judged
 from testbed.diagnosis.leg.problem import Array
 from testbed.diagnosis.leg.search import LEAST_GAIN, Candidate, Search
 
@@ -45,7 +44,7 @@ def _by_block(state: Search, candidate: Candidate) -> Array:
     """
     problem, known = state.problem, candidate.evidence
     memory = (state.best or state.refit).evidence.memory
-    residual = held_out(problem, candidate.fit)
+    residual = judged(problem, candidate.fit)
     out = np.zeros(_blocks(state))
     for channel, values in residual.items():
         layout = problem.layout[channel]

@@ -16,8 +16,9 @@ import numpy as np
 
 from testbed.diagnosis.leg.evidence import of_residual
 from testbed.diagnosis.leg.fit import Fit, solve
+from testbed.diagnosis.leg.noise import given_back
 from testbed.diagnosis.leg.points import restarted
-from testbed.diagnosis.leg.problem import Array, Problem
+from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series, series_of
 from testbed.effects.base import Active
 from testbed.estimation.friction.identification import identify
@@ -95,7 +96,7 @@ class Runs:
 
     def _error(self, series: Series, model: LegModel, effects: Sequence[Active]) -> float:
         judged = self._problem(series)
-        residual: Array = judged.force(model, effects)
+        residual = given_back(judged, effects, judged.force(model, effects))
         found = of_residual(judged, {"force": residual}).rms
         if found:
             return next(iter(found.values()))

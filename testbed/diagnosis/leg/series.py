@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
+from testbed.diagnosis.leg.noise import white_noise
 from testbed.effects.terms import Signals
 from testbed.estimation.leg.flow import smoothed_opening, spool
 from testbed.estimation.leg.force import trusted, unseen_travel_m
@@ -53,6 +54,8 @@ class Series:
     block: npt.NDArray[np.int64]
     velocity_noise_m_s: Array
     acceleration_noise_m_s2: Array
+    pressure_noise_pa: tuple[Array, Array | None] | None = None
+    """A realisation of the noise of both sensors, smoothed like them; None without pressures."""
     extra: Mapping[str, Array] = field(default_factory=dict)
     """What rides along, smoothed like every channel."""
 
@@ -154,7 +157,7 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
     if recording.position_resolution_m > 0.0:
         signals = signals.with_(slow_acceleration_m_s2=slow)
     whole = signals_of(recording, known)
-    noise_v, noise_a = encoder_noise(
+    velocity_noise, acceleration_noise = encoder_noise(
         whole.position_m, rate, recording.position_resolution_m, width / rate
     )
 
@@ -168,6 +171,16 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
     clear = (smooth(even(saturated), width)[::step] < UNTOUCHED) & ~in_gaps(
         recording.time_s, signals.time_s
     )
+
+    def noise(values: Array, seed: int) -> Array:
+        white = np.random.default_rng(seed).standard_normal(len(time))
+        return smooth(white_noise(values) * white, width)[::step]
+
+    noise_a = noise_b = None
+    if recording.pressure_a_pa is not None:
+        noise_a = noise(recording.pressure_a_pa, 3)
+    if recording.pressure_b_pa is not None:
+        noise_b = noise(recording.pressure_b_pa, 4)
     stroke_full, open_ = None, None
     k = signals.known
     if (
@@ -194,7 +207,8 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
         step=step,
         full_rate_hz=rate,
         block=block,
-        velocity_noise_m_s=noise_v[::step],
-        acceleration_noise_m_s2=noise_a[::step],
+        velocity_noise_m_s=velocity_noise[::step],
+        acceleration_noise_m_s2=acceleration_noise[::step],
+        pressure_noise_pa=None if noise_a is None else (noise_a, noise_b),
         extra={name: smooth(even(value), width)[::step] for name, value in recording.extra.items()},
     )

@@ -85,16 +85,15 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
     rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
     rope_way = np.einsum("rj,njk->nrk", ropes_in_world, rotation)
     side = np.array([_side_coefficient(axis) for axis in machine.axes.values()])
-    side_load = np.zeros((n, len(AXES)))
+    side_load, hangs = np.zeros((n, len(AXES))), hanging(bins, machine.scale)
+    stands = ~np.repeat(hangs, JOINTS_A_LEG, axis=1)  # a foot in the air pushes across no rod
     for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
         dry = bins.direction * (coulomb + side * side_load)
         force = piston - dry - viscous
-        measured = Measured(
-            bins, force, bins.direction * side, hanging(bins, machine.scale), rope_way
-        )
+        measured = Measured(bins, force, stands * bins.direction * side, hangs, rope_way)
         found = [of_bin(robot, measured, k, bins.joint[k]) for k in range(n)]
         foot_force = np.array([one.foot_force for one in found])
-        side_load = _side_loads(foot_force)
+        side_load = stands * _side_loads(foot_force)
     masses = [robot.model.asked_by_masses(q, -f) for q, f in _each(bins)]
     frames = _slope_frames(rotation, bins)
     seen = RobotSeen(

@@ -179,8 +179,13 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
 def _lift(attitude: Array, measured: Sequence[Array | None]) -> Array:
     """Specific force (n, 3) as measured; of a unit that measures none, what a body at rest has."""
     if any(one is None for one in measured):
-        return -np.array([attitude_gravity(roll, pitch) for roll, pitch, _ in attitude])
+        return lift_of(attitude)
     return np.column_stack([one for one in measured if one is not None])
+
+
+def lift_of(attitude: Array) -> Array:
+    """Specific force (n, 3) of a body at rest at an attitude (n, 3)."""
+    return -np.array([attitude_gravity(roll, pitch) for roll, pitch, _ in attitude])
 
 
 def _slope(rate: Array, step: float) -> Array:

@@ -148,8 +148,8 @@ class Tolerated:
     per: float = 1.0
 
 
-def tolerated(seen: RobotSeen, machine: Machine) -> Iterator[Tolerated]:
-    """All that a sound machine may differ by in its forces."""
+def tolerated(seen: RobotSeen, machine: Machine, biased: bool = True) -> Iterator[Tolerated]:
+    """All that a sound machine may differ by in its forces; `biased`: its accelerometers too."""
     for effect in ALL:
         for place in effect.places_on_robot:
             star = place if place == BODY else "*"
@@ -162,7 +162,7 @@ def tolerated(seen: RobotSeen, machine: Machine) -> Iterator[Tolerated]:
     for i, axis in enumerate(machine.axes.values()):
         yield from _friction(seen, i, axis)
         yield _bored(seen, i, axis)
-    for k in range(3):  # the accelerometers' biases weigh the whole machine
+    for k in range(3) if biased else ():  # the accelerometers' biases weigh the whole machine
         bias = seen.weighs(seen.asked_by_gravity[:, :, k])
         yield Tolerated(bias, standard_deviation(ACCELEROMETER, scale=machine.scale))
     yield from _held_back(seen)

@@ -45,6 +45,20 @@ VIEW = (
     "own, least of the last 2 s",
     *(f"own less {load}, mean over 10 s" for load in BEHIND),
 )
+MEAN, STIR = VIEW.index("own, mean over 2 ms"), VIEW.index("carried, 10 ms: how far from that mean")
+EXPECTED, CERTAINTY = VIEW.index("expected"), VIEW.index("standard deviation of own")
+EXTREME = VIEW.index("own, most of the last 300 ms")
+MEANT, SPEED = VIEW.index("meant to carry"), VIEW.index("speed of the piston")
+ACROSS = VIEW.index("own of the foot across the body's middle")
+SAME_SIDE = VIEW.index("own of the foot on the same side")
+SAME_END = VIEW.index("own of the foot at the same end")
+SIDE = VIEW.index("side force, mean size over 10 ms")
+PUSHED = VIEW.index("side force, size of its mean over 50 ms")
+ASIDE = VIEW.index("side force of all feet, mean size over 50 ms")
+BEYOND = VIEW.index("what all feet bear beyond the expected, mean over 100 ms")
+LEAST = VIEW.index("own, least of the last 2 s")
+BEHIND_BY = VIEW.index("own less carried, mean over 10 s")
+"""Where each of them, or the first of its kind, stands in a view."""
 LATE_S, EXPECTED_S, STIR_S = 0.3, 0.01, (0.02, 0.1)
 """Time constants: of what a foot bore of late; of what is expected; of how much a load is stirred
 within 10 and 50 ms, s (E).
@@ -149,21 +163,23 @@ def look(row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: 
     for foot in range(len(LEGS)):
         m, view = memories[foot], views[foot]
         for load in range(3):
-            for k in range(4):
-                view[4 * load + k] = math.asinh(m.means[load, k] / unit)
-        view[12] = math.asinh(m.expected / unit)
-        view[13] = math.asinh(row.estimate_own.sd[foot] / unit)
-        for k in range(4):
-            view[14 + k] = math.asinh(m.stirred[k] / unit)
-            view[18 + k] = math.asinh(m.extremes[k] / unit)
-        view[22] = row.carrying[foot]
-        view[23] = math.atan(100.0 * derived.velocity[foot])
-        view[24] = math.asinh(memories[3 - foot].means[0, 2] / unit)
-        view[25] = math.asinh(memories[(foot + 2) % 4].means[0, 2] / unit)
-        view[26] = math.asinh(memories[foot + 1 - 2 * (foot % 2)].means[0, 2] / unit)
-        for k in range(2):
-            view[27 + k] = math.asinh(m.sideways[k] / unit)
-            view[33 + k] = math.asinh(m.behind[k] / unit)
-        view[29] = math.asinh(math.hypot(m.pushed[0], m.pushed[1]) / unit)
-        view[30], view[31] = math.asinh(aside / unit), math.asinh(beyond / unit)
-        view[32] = math.asinh(m.least / unit)
+            for k in range(len(MEANS)):
+                view[MEAN + len(MEANS) * load + k] = math.asinh(m.means[load, k] / unit)
+        view[EXPECTED] = math.asinh(m.expected / unit)
+        view[CERTAINTY] = math.asinh(row.estimate_own.sd[foot] / unit)
+        for k in range(len(STIRRED)):
+            view[STIR + k] = math.asinh(m.stirred[k] / unit)
+        for k in range(len(EXTREMES)):
+            view[EXTREME + k] = math.asinh(m.extremes[k] / unit)
+        view[MEANT] = row.carrying[foot]
+        view[SPEED] = math.atan(100.0 * derived.velocity[foot])
+        view[ACROSS] = math.asinh(memories[3 - foot].means[0, 2] / unit)
+        view[SAME_SIDE] = math.asinh(memories[(foot + 2) % len(LEGS)].means[0, 2] / unit)
+        view[SAME_END] = math.asinh(memories[foot + 1 - 2 * (foot % 2)].means[0, 2] / unit)
+        for k in range(len(SIDEWAYS)):
+            view[SIDE + k] = math.asinh(m.sideways[k] / unit)
+        view[PUSHED] = math.asinh(math.hypot(m.pushed[0], m.pushed[1]) / unit)
+        view[ASIDE], view[BEYOND] = math.asinh(aside / unit), math.asinh(beyond / unit)
+        view[LEAST] = math.asinh(m.least / unit)
+        for k in range(len(BEHIND)):
+            view[BEHIND_BY + k] = math.asinh(m.behind[k] / unit)

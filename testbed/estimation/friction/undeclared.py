@@ -8,9 +8,10 @@ is free.
 
 All of it is linear for given Stribeck speeds. Asymmetric Coulomb friction cannot be told from a
 constant force in motion, so the Coulomb part counts as equal both ways here. At nearly one speed
-the viscous and Stribeck parts are a constant too and would take on what belongs to the area or the
-zero: they are fitted only where the speeds span a factor SPAN, and stay only if they help to
-predict recordings that were set aside.
+the viscous and Stribeck parts are a constant too and would take on what belongs to the zero: they
+are fitted only where the speeds span a factor SPAN, and stay only if they help to predict
+recordings that were set aside. A declared number has to earn its move beside them, one number
+after the other: a back pressure that grows with the speed would else pass for another rod.
 """
 
 from __future__ import annotations
@@ -42,10 +43,10 @@ PARTS: dict[str, tuple[bool, bool, bool]] = {
     "stribeck": (True, True, True),
 }
 """Forms of (5), the simplest first: (viscous, Coulomb, Stribeck part)."""
-SPAN = 5.0
-WORTH = 0.98
-"""A richer form, or moved declared numbers, have to lower the error on what was set aside to this
-share.
+SPAN = 3.0
+WORTH, WORTH_MOVING = 0.98, 0.95
+"""Shares to which a richer form, and a declared number that moves, have to lower the error on what
+was set aside.
 """
 MOST = 3.0
 """Tolerances by which a declared number may move at most: data that want more contradict the
@@ -118,11 +119,7 @@ def take_out(evidence: Evidence, known: Known, kind: str) -> TakenOut:
     free, within = unknowns(evidence, known, kind)
     if not free and not within:
         return TakenOut(known, 0.0, evidence, "stribeck")
-    form = choose_form(evidence, [*free, *within])
-    chosen = [*free, *within]
-    if within:
-        kept, moved = (held_out(evidence, some, form) for some in (free, chosen))
-        chosen = chosen if moved < WORTH**2 * kept else free
+    form, chosen = _choose(evidence, free, within)
     found = fit(evidence, chosen, form, np.ones(len(evidence), dtype=np.bool_)).changes
     rest = evidence.force_n
     for unknown, change in zip(chosen, found, strict=True):
@@ -186,22 +183,47 @@ def _used(unknown: Unknown, known: Known, change: float) -> Used:
     )
 
 
-def choose_form(evidence: Evidence, unknown: Sequence[Unknown]) -> str:
-    """The simplest form that predicts what is set aside as well as any.
+def _choose(
+    evidence: Evidence, free: Sequence[Unknown], within: Sequence[Unknown]
+) -> tuple[str, list[Unknown]]:
+    """(form of friction, the unknown numbers): declared ones move one after the other, the most
+    useful first, each only where no form does as well without.
+    """
+    chosen, rest = list(free), list(within)
+    form, squares = choose_form(evidence, chosen)
+    while rest:
+        trials = [(*choose_form(evidence, [*chosen, number]), number) for number in rest]
+        with_it, left, number = min(trials, key=lambda trial: trial[1])
+        if left >= WORTH_MOVING**2 * squares:
+            break
+        form, squares = with_it, left
+        chosen.append(number)
+        rest.remove(number)
+    return form, chosen
+
+
+def choose_form(evidence: Evidence, unknown: Sequence[Unknown]) -> tuple[str, float]:
+    """(the simplest form that predicts what is set aside as well as any, its squared error, N2).
 
     "coulomb" at once where the speeds of one direction span too little to tell the parts of (5)
     apart.
     """
-    for sign in (1.0, -1.0):
-        speeds = sign * evidence.velocity_m_s[sign * evidence.velocity_m_s > 0.0]
-        if speeds.size == 0 or np.quantile(speeds, 0.98) < SPAN * np.quantile(speeds, 0.02):
-            return "coulomb"
+    forms = PARTS if _spans(evidence) else {"coulomb": PARTS["coulomb"]}
     best, chosen = np.inf, "coulomb"
-    for form in PARTS:
+    for form in forms:
         squares = held_out(evidence, unknown, form)
         if squares < WORTH**2 * best:
             best, chosen = squares, form
-    return chosen
+    return chosen, best
+
+
+def _spans(evidence: Evidence) -> bool:
+    """Whether the speeds of both directions span a factor SPAN."""
+    for sign in (1.0, -1.0):
+        speeds = sign * evidence.velocity_m_s[sign * evidence.velocity_m_s > 0.0]
+        if speeds.size == 0 or np.quantile(speeds, 0.98) < SPAN * np.quantile(speeds, 0.02):
+            return False
+    return True
 
 
 def held_out(evidence: Evidence, unknown: Sequence[Unknown], form: str) -> float:

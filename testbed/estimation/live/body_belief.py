@@ -50,9 +50,7 @@ class OwnTuning:
     weighs: bool = True
     """Weight, centre of mass, ropes, load pins and the inertial unit's bracket are learnt."""
     robust: bool = True
-    """A zero far beyond its expected size is set free, so that one bad sensor carries the blame
-    alone.
-    """
+    """A sensor that the balance blames far more than a sound machine's carries the blame alone."""
     every: int = 5
     observer_rad_s: float = 60.0
     rest_m_s: float = 0.001
@@ -78,7 +76,8 @@ class OwnTuning:
     news_share: float = 0.8
     news_noise_n: float = 50.0
     gate: float = 8.0
-    tail_s: float = 2.0
+    blame_s: float = 1.0
+    blame_threshold: float = 2.5
     zero_wander_n2_s: float = 1.0
     zero_sd_n: float = 20.0
     """The calibration itself, beside what the machine's tolerances say of the sensors."""
@@ -184,7 +183,8 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
     body["rope_share"], body["drill_share"] = tuning.rope_share, tuning.drill_share
     body["blow_share"] = tuning.blow_share
     body["force_variance"], body["moment_variance"] = tuning.force_sd_n**2, tuning.moment_sd_n_m**2
-    body["gate"], body["tail"] = tuning.gate, tuning.tail_s if tuning.robust else 0.0
+    body["gate"], body["blame_memory"] = tuning.gate, tuning.blame_s
+    body["blame_threshold"] = tuning.blame_threshold if tuning.robust else 0.0
     body["zero_wander"] = tuning.zero_wander_n2_s
     body["air_load"], body["air_dwell"] = tuning.air_load_n, tuning.air_dwell_s
     body["air_sd"], body["learns_in_air"] = tuning.air_sd_n, tuning.swing

@@ -13,9 +13,8 @@ nothing shows stays as wide as it was. Three things are observed (whole_body.py)
   friction;
 - friction stays in its set: the deviation is cut off at its ends.
 `balance` is what the balance is off by for a moment: it fades within a fraction of a second, so
-that a thousand balances do not make a certainty. Zeros have heavy tails: where a cylinder's force
-stays off by more than friction hides, its zero is set free until that one sensor carries the blame,
-not all of them.
+that a thousand balances do not make a certainty. Zeros have heavy tails: where the balance blames
+one cylinder alone (blame.py), its zero is set free.
 """
 
 from __future__ import annotations
@@ -76,6 +75,10 @@ MASS, MOMENT, UNIT = place("mass"), place("moment"), place("unit")
 AZIMUTH, ELEVATION = place("azimuth"), place("elevation")
 PIN_GAIN, PIN_ZERO, ROPE_HEIGHT = place("pin_gain"), place("pin_zero"), place("rope_height")
 DEVIATION, BALANCE = place("deviation"), place("balance")
+SEEN = ("fz", "tx", "ty")
+"""Of the balance, what vertical cylinders make up."""
+FREED_S = 30.0
+"""A zero that is set free wanders by its own size within this time: it may be a gain (E)."""
 
 
 class Sizes(Record):
@@ -92,8 +95,18 @@ class Sizes(Record):
     balance_sd = quantity("N", "standard deviation of it (moments N m)", per=WRENCH)
     low = quantity("N", "lower end of a deviation's set", per=AXES)
     high = quantity("N", "upper end of a deviation's set", per=AXES)
-    tail = quantity("s", "after it a zero is set free whose deviation stays at an end; 0: never")
     zero_sd = quantity("N", "standard deviation of a zero by now", per=AXES)
+
+
+class Suspicion(Record):
+    """What the body's balance says of its sensors (blame.py)."""
+
+    missing = quantity("N", "of the balance along z and about x and y (moments N m)", per=SEEN)
+    spread = quantity("N2", "its covariance on a sound machine", per=(SEEN, SEEN))
+    known = quantity("N", "standard deviations of the unknowns beforehand", per=NAMES)
+    age = quantity("s", "for how long it has been looked at")
+    memory = quantity("s", "over which means are taken")
+    threshold = quantity("1", "standard deviations at which a sensor is blamed; 0: never")
 
 
 class Fusion(Record):
@@ -101,17 +114,15 @@ class Fusion(Record):
 
     x = quantity("N", "Unknowns", per=NAMES)
     p = quantity("N2", "their covariance", per=(NAMES, NAMES))
-    pinned = quantity("s", "for how long a deviation has stood at an end of its set", per=AXES)
-    beyond = quantity("N", "by how far it was last led beyond it", per=AXES)
+    blamed = quantity("N", "how far a zero is off that is set free; 0: it is not", per=AXES)
+    suspicion = part(Suspicion, "of its sensors")
     sizes = part(Sizes, "expected")
 
 
 @njit
 def is_freed(fusion: Any, i: int) -> bool:
-    """Whether cylinder i's force is off by more than friction hides, so that its sensors must carry
-    the blame.
-    """
-    return bool(fusion.sizes.tail > 0.0 and fusion.pinned[i] > fusion.sizes.tail)
+    """Whether cylinder i's sensors carry the blame."""
+    return bool(fusion.blamed[i] > 0.0)
 
 
 @njit
@@ -124,6 +135,7 @@ def start(fusion: Any, known: Any) -> None:
             p[index, j] = 0.0
     for index in range(len(CONSTANTS)):
         p[index, index] = known[index] ** 2
+        fusion.suspicion.known[index] = known[index]
     for index in range(12):
         p[ZERO + index, ZERO + index] = sizes.zero_sd[index] ** 2
         p[DEVIATION + index, DEVIATION + index] = sizes.spread[index] ** 2
@@ -153,8 +165,7 @@ def predict(fusion: Any) -> None:
         p[d, d] = min(p[d, d] + sizes.news[index], max(spread, p[d, d]))
         p[d, d] += (1.0 - sizes.keep[index] ** 2) * spread
         p[z, z] += sizes.zero_grown[index]
-        if is_freed(fusion, index):
-            p[z, z] += (fusion.beyond[index] + sizes.zero_sd[index]) ** 2 * sizes.dt / sizes.tail
+        p[z, z] += fusion.blamed[index] ** 2 * sizes.dt / FREED_S
     for index in range(6):
         b = BALANCE + index
         fade(fusion, b, sizes.balance_keep)
@@ -203,10 +214,6 @@ def stay_in_sets(fusion: Any) -> None:
     for index in range(12):
         k = DEVIATION + index
         beyond = min(max(x[k], sizes.low[index]), sizes.high[index]) - x[k]
-        fusion.beyond[index] = abs(beyond)
-        fusion.pinned[index] = max(
-            fusion.pinned[index] + (sizes.dt if beyond != 0.0 else -sizes.dt), 0.0
-        )
         if beyond != 0.0 and p[k, k] > 1.0:
             share = beyond / p[k, k]
             for j in range(N):

@@ -16,6 +16,7 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.filters import persistent
+from testbed.estimation.live import blame
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import Loads, step_axis
 from testbed.estimation.live.learnt import learnt, leg_variance, weigh_cylinder, weigh_leg
@@ -47,7 +48,9 @@ def expect_sizes(row: Any, body: Any, state: Any) -> None:
     """
     sizes, means, dt = state.fusion.sizes, state.means, body.every * body.decisions.dt
     warm = row.oil_temperature - body.calibrated_at
-    sizes.dt, sizes.tail = dt, body.tail
+    sizes.dt = dt
+    suspicion = state.fusion.suspicion
+    suspicion.memory, suspicion.threshold = body.blame_memory, body.blame_threshold
     sizes.balance_keep = math.exp(-dt / body.balance_keep)
     for index in range(12):
         axis, belief = state.axes[index], body.axes[index]
@@ -192,13 +195,16 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
             add_force(effect, column, point)
             for r in range(6):
                 weigh_cylinder(3 * index + j, effect[r], state.axes[3 * index + j], rows[r])
+    variance = np.empty(6)
     for r in range(6):
         rows[r, fu.BALANCE + r] = 1.0
-        variance = body.force_variance if r < 3 else body.moment_variance
-        if r == 2:
-            variance += (body.blow_share * row.ordered_thrust) ** 2
+        variance[r] = body.force_variance if r < 3 else body.moment_variance
+    variance[2] += (body.blow_share * row.ordered_thrust) ** 2
+    if slides:
+        blame.look(rows, wrench, variance, state.fusion)
+    for r in range(6):
         learns = 2 <= r < 5 and slides and row.ordered_thrust == 0.0
-        fu.observe(state.fusion, rows[r], wrench[r], variance, body.gate, learns)
+        fu.observe(state.fusion, rows[r], wrench[r], variance[r], body.gate, learns)
 
 
 @njit
@@ -282,6 +288,10 @@ def step_body(row: Any, body: Any, state: Any) -> None:
         axis = state.axes[index]
         readings = row.pressure_a[index], row.pressure_b[index], extension[index]
         loads = loads_of(index, state.last_force[index // 3], arms[index])
+        if (
+            state.in_air[index // 3] >= body.air_dwell
+        ):  # what its cylinders seem to push is friction
+            loads = Loads(0.0, 0.0)
         step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[index], axis)
         joints.position[index] = row.position[index]
         joints.rate[index], joints.acceleration[index] = (

@@ -10,7 +10,7 @@ left to the diagnosis: it may be an effect.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,17 +29,33 @@ WORST, MENDED = 0.008, 0.5
 """What is left of the balance, as a share of its forces, that calls for a change; and to which
 share of that a change must bring it. Effects that a model lacks leave a few per cent and are mended
 by no change of sign or scale."""
+GROSS, CLOSED = 0.1, 0.05
+"""A wrong unit leaves more than this share of the forces, and less than that once it is right."""
+NEAR_SCALE = 0.87, 1.15
+"""Factors between which a sensor's gain is off, which is for the diagnosis to find."""
+FAR_BETTER = 0.3
+"""A scale that leaves less than this share of what a turned sign leaves is the better reason."""
+FORCES = ("pressure_a", "pressure_b", "force", "reference")
+DOES_NOT_CLOSE = 0.3
+"""Share of the forces that is left where recordings are of no use, whatever the reason."""
+ATMOSPHERE_PA = 101325.0
 ALIKE = 1.25
 """Changes that mend the balance nearly as well as the best are named beside it."""
 SCALES = {"bar": 1e5, "kPa": 1e3, "MPa": 1e6, "psi": 6894.76}
 FORCE_SCALES = {"kN": 1e3, "kgf": 9.80665, "lbf": 4.44822}
+DECLARED_SCALES = {
+    "moving_mass_kg": {"g": 1e-3, "t": 1e3, "lb": 0.45359},
+    "bore_m": {"cm": 0.01, "mm": 1e-3, "dm": 0.1, "in": 0.0254},
+}
+"""Declared number -> unit in which it may have been written, and what that is in SI."""
 ZERO = 0.03
 """A constant force up to this share of the forces is a zero, and no sign or scale."""
-FEW = 200
-"""Fewer moving samples than this say nothing about friction."""
+FEW, ENOUGH = 200, 4000
+"""Fewer moving samples than this say nothing about friction; more than that, nothing more."""
 
 Change = dict[str, float]
-"""Channel -> factor; `swap` exchanges the chambers."""
+"""Channel, or declared number, -> factor; `swap` exchanges the chambers, `absolute` takes the
+atmosphere off the pressures, `weight` turns the axis round."""
 
 
 def _zero(force: Array, speed: Array, most: float) -> float:
@@ -79,24 +95,33 @@ class Forces:
         """
         series, known = self.even.series, self.known
         turned = change.get("position", 1.0)
-        pressure_a, pressure_b = series.get("pressure_a"), series.get("pressure_b")
-        if "swap" in change:
-            pressure_a, pressure_b = pressure_b, pressure_a
-        terms = []
-        if pressure_a is not None:
-            terms.append(change.get("pressure_a", 1.0) * pressure_a * known.area_a_m2)
-        if pressure_b is not None and known.rod_m is not None:
-            terms.append(-change.get("pressure_b", 1.0) * pressure_b * known.area_b_m2)
-        if pressure_a is None and "force" in series:
+        terms = self._chambers(change)
+        if "pressure_a" not in series and "force" in series:
             terms.append(change.get("force", 1.0) * series["force"])
-        mass = known.moving_mass_kg or 0.0
+        mass = change.get("moving_mass_kg", 1.0) * (known.moving_mass_kg or 0.0)
         if mass:
-            gravity = known.gravity_along_axis_m_s2
+            gravity = change.get("weight", 1.0) * known.gravity_along_axis_m_s2
             terms.append(mass * (gravity - turned * self.even.acceleration_m_s2))
         if "reference" in series:
             terms.append(-change.get("reference", 1.0) * series["reference"])
         size = float(sum(np.sqrt(np.mean(term**2)) for term in terms))
         return np.sum(terms, axis=0), turned * self.even.speed_m_s, max(size, 1e-12)
+
+    def _chambers(self, change: Change) -> list[Array]:
+        """The chambers' forces after a change, N."""
+        series, known = self.even.series, self.known
+        pressures = [series.get("pressure_a"), series.get("pressure_b")]
+        if "swap" in change:
+            pressures.reverse()
+        if known.rod_m is None:
+            pressures[1] = None
+        area = change.get("bore_m", 1.0) ** 2
+        sides = (("pressure_a", area * known.area_a_m2), ("pressure_b", -area * known.area_b_m2))
+        return [
+            side * (change.get(name, 1.0) * pressure - change.get("absolute", 0.0))
+            for (name, side), pressure in zip(sides, pressures, strict=True)
+            if pressure is not None
+        ]
 
     def misfit(self, change: Change) -> float:
         """What friction of the right sign leaves of the balance, as a share of the forces' size."""
@@ -106,13 +131,15 @@ class Forces:
         moving = self.even.moving
         if moving.sum() < FEW:
             return float(np.sqrt(np.mean(force**2))) / size
-        force, speed = force[moving], speed[moving]
+        rows = np.flatnonzero(moving)
+        rows = rows[:: max(1, rows.size // ENOUGH)]
+        force, speed = force[rows], speed[rows]
         force = force - _zero(force, speed, ZERO * size)
         columns = [np.sign(speed), speed / float(np.abs(speed).max())]
         if (
             self.known.moving_mass_kg is None
         ):  # an unknown mass: inertia and weight of the right sign
-            acceleration = change.get("position", 1.0) * self.even.acceleration_m_s2[moving]
+            acceleration = change.get("position", 1.0) * self.even.acceleration_m_s2[rows]
             columns.append(acceleration / max(float(np.abs(acceleration).max()), 1e-9))
         design = np.column_stack(columns)
         rest = force - design @ nnls(design, force)[0]
@@ -135,12 +162,30 @@ def suspects(forces: Forces, names: Mapping[str, str]) -> Iterator[Suspect]:
         yield Suspect(both, "the chambers are exchanged", "exchange their columns", {"swap": 1.0})
         for unit, factor in SCALES.items():
             yield from _scaled(both, unit, factor, ("pressure_a", "pressure_b"))
-    for name in {"pressure_a", "pressure_b"} & here:
+    pressures = sorted({"pressure_a", "pressure_b"} & here)
+    for name in pressures:
         for unit, factor in SCALES.items():
             yield from _scaled(names[name], unit, factor, (name,))
-    for name in {"reference", "force"} & here:
+    if pressures:
+        label = ", ".join(names[name] for name in pressures)
+        advice = "take 1.013 bar off (offset in the map), or declare gauge pressures"
+        yield Suspect(label, "is absolute, not gauge", advice, {"absolute": ATMOSPHERE_PA})
+    for name in sorted({"reference", "force"} & here):
         for unit, factor in FORCE_SCALES.items():
             yield from _scaled(names[name], unit, factor, (name,))
+    yield from _declared(forces.known)
+
+
+def _declared(known: Known) -> Iterator[Suspect]:
+    """Declared numbers in another unit, and an axis that is said to stand on its head."""
+    for number, units in DECLARED_SCALES.items():
+        if getattr(known, number):
+            for unit, factor in units.items():
+                what = f"is hardly in {number.rsplit('_', 1)[-1]}: {unit}?"
+                yield Suspect(f"known.{number}", what, "put it right", {number: factor})
+    if known.moving_mass_kg and abs(known.gravity_along_axis_m_s2) > 1.0:
+        what = "the axis is turned round: extension points up"
+        yield Suspect("known.inclination_deg", what, "180 less of it", {"weight": -1.0})
 
 
 def _scaled(label: str, unit: str, factor: float, names: tuple[str, ...]) -> Iterator[Suspect]:
@@ -163,7 +208,10 @@ def check_balance(forces: Forces, names: Mapping[str, str]) -> Iterator[Finding]
         ((forces.misfit(suspect.change), suspect) for suspect in suspects(forces, names)),
         key=lambda trial: trial[0],
     )
-    if not trials or trials[0][0] > MENDED * as_it_is:
+    trials = [trial for trial in trials if _called_for(trial[1].change, as_it_is, trial[0])]
+    scales = _other_scales(forces, names, as_it_is)
+    if not trials or (scales and scales[0][0] < FAR_BETTER * trials[0][0]):
+        yield from _scaled_or_open(forces, scales, as_it_is)
         return
     best = trials[0][0]
     alike = [change for left, change in trials if left <= max(ALIKE * best, best + 0.1 * WORST)]
@@ -179,6 +227,74 @@ def check_balance(forces: Forces, names: Mapping[str, str]) -> Iterator[Finding]
         f"{100 * best:.2g} % after the change",
         first.advice,
     )
+
+
+def _called_for(change: Change, before: float, after: float) -> bool:
+    """Whether a change mends the balance; one of a unit has to make it close, where it did not at
+    all: a channel that is scaled up beyond all others leaves little beside itself in any case.
+    """
+    if after > MENDED * before:
+        return False
+    if "absolute" in change or "weight" in change:
+        return after < CLOSED
+    turned = all(abs(factor) == 1.0 for factor in change.values())
+    return turned or (before > GROSS and after < CLOSED)
+
+
+Scale = tuple[float, str, float]
+"""(share that is left, channel's label, factor that leaves it)."""
+
+
+def _other_scales(forces: Forces, names: Mapping[str, str], as_it_is: float) -> list[Scale]:
+    """The factors of single channels that make the balance close, the best first."""
+    found = []
+    for name, label in {"position": "position", **names}.items():
+        inertia = name == "position" and forces.known.moving_mass_kg
+        if (name in FORCES and name in forces.even.series) or inertia:
+            factor = _best_factor(forces, name)
+            left = forces.misfit({name: factor})
+            if left < min(MENDED**2 * as_it_is, max(CLOSED, GROSS * as_it_is)):
+                found.append((left, label, factor))
+    return sorted(found)
+
+
+def _scaled_or_open(forces: Forces, scales: Sequence[Scale], as_it_is: float) -> Iterator[Finding]:
+    """The channel that wants another factor than that of a unit; or that nothing mends a balance
+    which is far from closing.
+    """
+    shares = f"the force balance leaves {100 * as_it_is:.3g} % of the forces as it is"
+    far = [scale for scale in scales if not NEAR_SCALE[0] < scale[2] < NEAR_SCALE[1]]
+    if scales and len(far) == len(scales):
+        left, label, factor = far[0]
+        others = ", ".join(f"{other}: by {by:.3g}" for _, other, by in far[1:])
+        yield Finding(
+            "error",
+            label,
+            f"has another scale: the forces balance once it is multiplied by {factor:.3g}"
+            + (f" (or {others})" if others else ""),
+            f"{shares}, {100 * left:.2g} % then",
+            "put its unit, its calibration or the bore right",
+        )
+    elif not scales and as_it_is > DOES_NOT_CLOSE and "pressure_a" in forces.even.series:
+        yield Finding(
+            "warning",
+            "force balance",
+            "does not close",
+            f"{shares}; no change of one sign, unit or scale mends it",
+            "look at bore, rod, mass and inclination, and at every channel's sign and unit",
+        )
+
+
+def _best_factor(forces: Forces, name: str) -> float:
+    """The factor of one channel with which friction of the right sign leaves least."""
+    from scipy.optimize import minimize_scalar
+
+    def left(power: float) -> float:
+        return forces.misfit({name: 10.0**power})
+
+    near = min(np.arange(-2.0, 2.1, 0.5), key=left)
+    found = minimize_scalar(left, bounds=(near - 0.5, near + 0.5), options={"xatol": 1e-3})
+    return float(10.0**found.x)
 
 
 def check_reference(forces: Forces, label: str) -> Iterator[Finding]:

@@ -24,6 +24,7 @@ from testbed.recording.checker.sensors import (
     check_ranges,
     check_resolution,
 )
+from testbed.recording.checker.spikes import check_spikes
 from testbed.recording.checks import MINIMUM_SAMPLES
 from testbed.recording.foot import FootHeader, read_foot
 from testbed.recording.known import Known
@@ -102,6 +103,11 @@ def _values(raw: Raw) -> Iterator[Finding]:
     raw = raw.kept(rows, filled)
     if len(raw.time_s) < MINIMUM_SAMPLES:
         return
+    for finding, there in list(check_spikes(raw)):
+        yield finding
+        values = raw.series[finding.channel]
+        calm = np.interp(raw.time_s, raw.time_s[~there], values[~there])
+        raw = raw.kept(np.ones_like(there), {finding.channel: calm})
     whole = {
         key: value
         for key, value in raw.series.items()
@@ -135,7 +141,10 @@ def _axis(raw: Raw, header: Header) -> Iterator[Finding]:
     yield from _pressures(raw, known, "pressure_a", "pressure_b")
     if "position" not in raw.series:
         return
-    yield from _stroke(raw, known)
+    beyond = list(_stroke(raw, known))
+    yield from beyond
+    if any(finding.severity == "error" for finding in beyond):
+        return  # speeds and accelerations say nothing then
     axis = even(raw, names)
     yield from _signs(raw, Forces(axis, known), names)
 
@@ -347,6 +356,11 @@ def _robot_leg(raw: Raw, leg: str) -> Iterator[Finding]:
     known = Known(bore_m=cylinder.bore_m, rod_m=cylinder.rod_m, moving_mass_kg=0.0)
     chosen = {name: key for name, key in names.items() if name != "position"}
     forces = Forces(even(raw, chosen, names["position"]), known)
+    missing, _, _ = forces.left_over({})
+    held = max(cylinder.coulomb_out_n, cylinder.coulomb_in_n)
+    held += max(cylinder.static_out_n, cylinder.static_in_n)
+    if np.sqrt(np.mean(missing**2)) < held:
+        return  # seals at rest may hold as much
     for finding in check_balance(forces, names):
         if (
             finding.channel != names["position"]

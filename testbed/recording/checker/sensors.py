@@ -25,6 +25,8 @@ CLIPPED_SHARE, CLIPPED_RUN = 0.002, 6
 """A noisy channel that stands at its extreme in this share of the samples, and so many in a row, is
 clipped.
 """
+PRESSED = 0.1
+"""Share of its span by which a pressure changes while a load cell at its end does not."""
 NOISY = 0.6
 """A channel that repeats itself in less than this share of the steps is noisy: a long repetition
 means something.
@@ -208,6 +210,10 @@ def check_clipped(raw: Raw) -> Iterator[Finding]:
         if len(first) > 1 and np.sum(length - 1) / len(values) < NOISY:
             for extreme in (float(values.max()), float(values.min())):
                 ends.append((extreme, values == extreme, "seen"))
+        elif name in (REFERENCE, "actuator_force", "force"):
+            top = float(values[np.argmax(np.abs(values))])
+            if top and _held_while_pressed(raw, values == top):
+                ends.append((top, values == top, "seen"))
         reported = False
         for end, there, how in ends:
             share, longest = float(there.mean()), _longest(there)
@@ -220,6 +226,21 @@ def check_clipped(raw: Raw) -> Iterator[Finding]:
                 continue
             reported = True
             yield _clipped(raw, name, end, there, how)
+
+
+def _held_while_pressed(raw: Raw, there: Mask) -> bool:
+    """Whether the pressure goes on changing in the longest stretch in which a coarse force stays at
+    its extreme.
+    """
+    pressure = raw.series.get("pressure_a")
+    if pressure is None:
+        return False
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(np.int8), [0]])))
+    starts, stops = edges[::2], edges[1::2]
+    longest = int(np.argmax(stops - starts))
+    held = pressure[starts[longest] : stops[longest]]
+    low, high = np.quantile(pressure, [0.01, 0.99])
+    return bool(np.ptp(held) > PRESSED * (high - low))
 
 
 def _clipped(raw: Raw, name: str, end: float, there: Mask, how: str) -> Finding:

@@ -74,7 +74,7 @@ class BodyMotion(Record):
     lift = quantity("m/s2", "acceleration less gravity of the point that hips count from", per=XYZ)
 
 
-JOINT_MOTION, BODY_MOTION = JointMotion.dtype, BodyMotion.dtype
+BODY_MOTION = BodyMotion.dtype
 
 
 @njit

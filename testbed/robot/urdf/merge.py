@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -23,6 +24,7 @@ UPRIGHT = 1e-9
 Array = NDArray[np.float64]
 
 
+@lru_cache(maxsize=4)
 def merged(text: str, keep: tuple[str, ...] = ()) -> str:
     """URDF text in which every fixed joint is welded, save for those to links in `keep`."""
     robot = ET.fromstring(text)

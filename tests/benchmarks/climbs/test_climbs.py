@@ -109,6 +109,7 @@ def test_cases_and_seeds_that_are_none_are_refused(options: dict[str, Any], told
         Climbs(**options)
 
 
+@pytest.mark.slow
 def test_a_climb_that_control_would_not_begin_is_no_fall_and_not_good() -> None:
     refused = climb_up(Climb("plane 45", 1, ("ropes.azimuth_deg=25",)))
     assert refused.verdict.startswith("refused: ")

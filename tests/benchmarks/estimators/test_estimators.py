@@ -97,6 +97,9 @@ def test_a_short_run_is_scored_and_written(tmp_path: Path) -> None:
 def test_the_few_are_one_run_of_each_kind() -> None:
     kinds = [trial.kind for trial in Estimators(few=True).cases().values()]
     assert len(kinds) == len(set(kinds)) == len({t.kind for t in Estimators().cases().values()})
+    assert {trial.kind for trial in Estimators(kinds=("liar",)).cases().values()} == {"liar"}
+    with pytest.raises(InputError, match="no such kind of run"):
+        Estimators(kinds=("flying",))
 
 
 def test_an_estimator_of_ones_own_has_to_be_there(tmp_path: Path) -> None:

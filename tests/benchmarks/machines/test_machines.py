@@ -18,14 +18,15 @@ from testbed.errors import InputError
 
 def run(rms: float, held: int) -> dict[str, float]:
     moving = {"moving_samples": 20, "moving_square": 20 * rms**2, "moving_held": held // 5}
-    return {"samples": 100, "square": 100 * rms**2, "held": held} | moving
+    return {"samples": 100, "square": 100 * rms**2, "held": held, "moving_s": 0.02} | moving
 
 
 def machine(seed: int, rms: float, held: int) -> dict[str, Any]:
     by: dict[str, Any] = {"perfect": run(50.0, 90), "commissioned": run(60.0, 90)}
     by |= {name: run(rms, held) for name in ("drawing board", *ABLATIONS)}
     by |= {
-        name: {"samples": 100, "square": 100 * 150.0**2} for name in ("friction", "modified_kbf")
+        name: {"samples": 100, "square": 100 * 150.0**2, "moving_s": 0.02}
+        for name in ("friction", "modified_kbf")
     }
     zero = {"value": 10.0, "low": 0.0, "high": 20.0, "truth": float(seed)}
     numbers = {"axes.fl_vertical.zero_force_n": zero}
@@ -44,6 +45,7 @@ def test_errors_add_up_and_coverage_is_counted_by_machine() -> None:
     assert found["covered"] == pytest.approx(0.7)
     assert found["covered_interval95"][0] == pytest.approx(0.7 - 1.96 * 0.1, abs=1e-3)
     assert found["covered_moving"] == pytest.approx(28 / 40)
+    assert found["moving_s"] == pytest.approx(0.04) and found["machines_moving"] == 2
     assert found["worse_than_published"] == 1
     zeros = result["commissioning"]["sensor zeros"]
     assert zeros["held"] == 0.5 and zeros["rms_half_width"] == 10.0

@@ -1,0 +1,131 @@
+"""Signs and scales of forces, of a piston whose every force is known: what is turned round, scaled
+or exchanged is found by the balance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from testbed.recording.checker.balance import Forces, check_balance, check_reference, suspects
+from testbed.recording.checker.motion import MOVING_M_S, Even
+from testbed.recording.known import Known
+
+RATE_HZ = 500.0
+KNOWN = Known(bore_m=0.08, rod_m=0.045, stroke_m=0.5, moving_mass_kg=80.0, inclination_deg=0.0)
+NAMES = {"pressure_a": "pressure_a", "pressure_b": "pressure_b", "reference": "load cell"}
+COULOMB_N, VISCOUS_N_S_M = 300.0, 2000.0
+
+
+def piston(mass_kg: float = 80.0) -> Even:
+    """A piston that swings against its friction and a known load, all forces in balance."""
+    t = np.arange(0.0, 10.0, 1.0 / RATE_HZ)
+    turns = 2.0 * np.pi * 0.3
+    speed = 0.1 * turns * np.cos(turns * t)
+    acceleration = -0.1 * turns**2 * np.sin(turns * t)
+    load = 3000.0 + 1500.0 * np.sin(2.0 * np.pi * 0.11 * t)
+    pressure_b = 1.0e6 + 4.0e5 * np.cos(2.0 * np.pi * 0.23 * t)
+    friction = COULOMB_N * np.sign(speed) + VISCOUS_N_S_M * speed
+    weight = mass_kg * (KNOWN.gravity_along_axis_m_s2 - acceleration)
+    pressure_a = (load + friction - weight + pressure_b * KNOWN.area_b_m2) / KNOWN.area_a_m2
+    series = {"pressure_a": pressure_a, "pressure_b": pressure_b, "reference": load}
+    return Even(RATE_HZ, speed, acceleration, series)
+
+
+def changed(**series: np.ndarray) -> Forces:
+    sound = piston()
+    now = {**sound.series, **series}
+    return Forces(Even(RATE_HZ, sound.speed_m_s, sound.acceleration_m_s2, now), KNOWN)
+
+
+def test_what_friction_cannot_explain_of_a_sound_piston_is_nothing() -> None:
+    assert Forces(piston(), KNOWN).misfit({}) < 1e-9
+    assert list(check_balance(Forces(piston(), KNOWN), NAMES)) == []
+
+
+def test_what_is_left_over_is_friction_itself() -> None:
+    even = piston()
+    left, speed, size = Forces(even, KNOWN).left_over({})
+    expected = COULOMB_N * np.sign(even.speed_m_s) + VISCOUS_N_S_M * even.speed_m_s
+    assert left == pytest.approx(expected, abs=1e-6)
+    assert speed == pytest.approx(even.speed_m_s)
+    assert size > np.sqrt(np.mean(even.series["reference"] ** 2))
+
+
+@pytest.mark.parametrize(
+    ("channel", "factor", "words"),
+    [
+        ("pressure_a", -1.0, "its sign is turned round"),
+        ("pressure_a", 1e-5, "is too small by 100000"),
+        ("pressure_b", -1.0, "its sign is turned round"),
+        ("reference", -1.0, "its sign is turned round"),
+        ("reference", 1e-3, "is too small by 1000"),
+        ("reference", 4.44822, "is too large by 4.44822"),
+    ],
+)
+def test_a_channel_that_is_turned_or_scaled_is_named_with_what_it_needs(
+    channel: str, factor: float, words: str
+) -> None:
+    (finding,) = check_balance(changed(**{channel: factor * piston().series[channel]}), NAMES)
+    assert finding.severity == "error"
+    assert finding.channel == NAMES[channel]
+    assert words in finding.what
+
+
+def test_exchanged_chambers_are_told_from_turned_signs() -> None:
+    a, b = (piston().series[name] for name in ("pressure_a", "pressure_b"))
+    (finding,) = check_balance(changed(pressure_a=b, pressure_b=a), NAMES)
+    assert finding.channel == "pressure_a, pressure_b"
+    assert finding.what == "the chambers are exchanged"
+
+
+def test_a_position_that_counts_the_other_way_turns_friction_round() -> None:
+    sound = piston()
+    turned = Even(RATE_HZ, -sound.speed_m_s, -sound.acceleration_m_s2, sound.series)
+    (finding,) = check_balance(Forces(turned, KNOWN), NAMES)
+    assert (finding.channel, finding.what) == ("position", "its sign is turned round")
+
+
+def test_an_effect_that_no_sign_or_scale_mends_is_left_to_the_diagnosis() -> None:
+    sound = piston()
+    spring = 4.0e4 * np.cumsum(sound.speed_m_s) / RATE_HZ / KNOWN.area_a_m2
+    forces = changed(pressure_a=sound.series["pressure_a"] + spring)
+    assert forces.misfit({}) > 0.008
+    assert list(check_balance(forces, NAMES)) == []
+
+
+def test_a_zero_of_a_sensor_is_no_sign_and_no_scale() -> None:
+    zero = 0.02 * np.abs(piston().series["pressure_a"]).max()
+    assert (
+        list(check_balance(changed(pressure_a=piston().series["pressure_a"] + zero), NAMES)) == []
+    )
+
+
+def test_only_channels_that_are_there_are_suspected() -> None:
+    sound = piston()
+    without: Mapping[str, np.ndarray] = {"pressure_a": sound.series["pressure_a"]}
+    forces = Forces(Even(RATE_HZ, sound.speed_m_s, sound.acceleration_m_s2, without), KNOWN)
+    channels = {suspect.channel for suspect in suspects(forces, NAMES)}
+    assert channels == {"pressure_a", "position"}
+
+
+@pytest.mark.parametrize(("factor", "found"), [(1.0, 0), (1.2, 0), (0.5, 1), (3.0, 1)])
+def test_a_load_cell_that_moves_alike_by_another_factor_has_another_scale(
+    factor: float, found: int
+) -> None:
+    """In a press: the cell sees what the pressures make, friction aside."""
+    even = piston(mass_kg=0.0)
+    load, pressure_b = even.series["reference"], even.series["pressure_b"]
+    pressure_a = (load + pressure_b * KNOWN.area_b_m2) / KNOWN.area_a_m2
+    series = {"pressure_a": pressure_a, "pressure_b": pressure_b, "reference": factor * load}
+    still = np.zeros(len(load))
+    light = KNOWN.model_copy(update={"moving_mass_kg": 0.0})
+    forces = Forces(Even(RATE_HZ, still, still, series), light)
+    assert len(list(check_reference(forces, "load cell"))) == found
+
+
+def test_slow_samples_say_nothing_of_frictions_direction() -> None:
+    even = Even(RATE_HZ, np.array([0.0, 0.9, -1.1]) * MOVING_M_S, np.zeros(3), {})
+    assert even.moving.tolist() == [False, False, True]
