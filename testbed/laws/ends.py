@@ -79,17 +79,19 @@ def one_end(p: Any, gap: float, gap_end: float, approach: float) -> float:
 
 
 @njit_law(forceinline=True)
-def end_force(p: Any, stroke: float, x: float, v: float, dt: float) -> float:
-    """Mean force of cushions and stops over dt, N, along +x; x at the step's start, p:
-    EndParameters.
+def end_force(p: Any, stroke: float, x: float, v: float, speed: float, dt: float) -> float:
+    """Mean force of cushions and stops over dt, N, along +x.
+
+    p: EndParameters; x: extension at the step's start, m, which changes at the rate v, m/s; speed:
+    what dampers see of the rate, m/s (coupling.py).
     """
     end = x + v * dt
     low, high = (x, end) if x < end else (end, x)
     force = 0.0
     if low < p.cushion_length:
-        force = one_end(p, x, end, -v)
+        force = one_end(p, x, end, -speed)
     if stroke - high < p.cushion_length:
-        force -= one_end(p, stroke - x, stroke - end, v)
+        force -= one_end(p, stroke - x, stroke - end, speed)
     return force
 
 

@@ -180,7 +180,7 @@ def friction_step(
     if skipped != 0.0:  # the mean is that of the step, which begins where the skipped way ends
         mean += 0.5 * skipped * (bent / slide if abs(slide) > STILL * longest else 1.0)
     force = p.bristle_stiffness * mean + p.bristle_damping * bent / dt
-    return float(force + way.viscous * thinning * v)
+    return float(force + way.viscous * thinning * slide / dt)
 
 
 @njit_law

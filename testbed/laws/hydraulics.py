@@ -71,6 +71,7 @@ class AxisState(Record):
     friction = quantity("N", "mean over the last step, against + rate")
     end_force = quantity("N", "mean of cushions and stops over the last step, along + extension")
     reached = quantity("m", "extension at the end of the last step")
+    skipped = quantity("m", "from where the step before ended to where the last one began")
     thinning = quantity("1", "viscous friction by the oil's temperature, share of the reference's")
     leaking = quantity("1", "leakage by the oil's temperature, share of the declared")
 
@@ -157,22 +158,28 @@ def mean_of_nodes(values: Any) -> float:
 
 @njit_law(forceinline=True)
 def rod_force(
-    axis: Any, p: Any, rod: Any, mean_a: float, mean_b: float, skipped: float, t: float, dt: float
-) -> None:
-    """Mean force and friction of one axis over dt into axis.force, .friction and .end_force.
+    axis: Any, p: Any, rod: Any, mean_a: float, mean_b: float, t: float, dt: float
+) -> float:
+    """Mean force and friction of one axis over dt into axis.force, .friction and .end_force;
+    returns the way since its last step's end, m.
 
-    mean_a, mean_b: mean pressures of its chambers, Pa absolute; skipped: way since the last step's
-    end, m; axis.thinning is that of the step; t: its start, s.
+    mean_a, mean_b: mean pressures of its chambers, Pa absolute; axis.thinning is that of the step;
+    t: its start, s.
     """
     x, v = rod.extension, rod.rate
+    skipped = x - axis.reached
+    # What cushions and stops see of rate and place: coupling.py.
+    speed = v + skipped / dt if skipped * axis.skipped > 0.0 else v
     place = (x + 0.5 * dt * v) / p.stroke - 0.5
     pressures = mean_a + mean_b - 2.0 * ATMOSPHERE_PA
     friction = friction_step(axis.seal, p.seal, rod, skipped, place, pressures, axis.thinning, dt)
-    ends = end_force(p.ends, p.stroke, x, v, dt)
+    at = x + (2.0 * skipped - axis.skipped) / 6.0
+    ends = end_force(p.ends, p.stroke, at, v, speed, dt)
     force = mean_a * p.a.area - mean_b * p.b.area - (p.a.area - p.b.area) * ATMOSPHERE_PA
     axis.force = force + ends + extra_force(p.extra, x, v, t, dt) - friction
     axis.friction, axis.end_force = friction, ends
-    axis.reached = x + dt * v
+    axis.reached, axis.skipped = x + dt * v, skipped
+    return float(skipped)
 
 
 @njit_law
@@ -186,8 +193,8 @@ def rod_forces(
     for index in range(axes.shape[0]):
         axis, p, rod = axes[index], params[index], given[index]
         before = axis.friction - axis.end_force
-        skipped = rod.extension - axis.reached
-        rod_force(axis, p, rod, mean_of_nodes(a[index]), mean_of_nodes(b[index]), skipped, t, dt)
+        mean_a, mean_b = mean_of_nodes(a[index]), mean_of_nodes(b[index])
+        skipped = rod_force(axis, p, rod, mean_a, mean_b, t, dt)
         braking = axis.friction - axis.end_force
         spent = dt * rod.rate * braking + 0.5 * skipped * (before + braking)
         rubbed += spent - kept_by_hoses(axis, p, work[index])

@@ -202,7 +202,7 @@ def _end_force(x: float, v: float, dt: float) -> float:
     ends = EndParameters.of(
         cushion_length=0.03, cushion_damping=6e4, stop_stiffness=5e7, stop_damping=3e4
     )
-    return float(end_force(ends, STROKE, x, v, dt))
+    return float(end_force(ends, STROKE, x, v, v, dt))
 
 
 def test_cushion_brakes_the_approach_only() -> None:

@@ -22,8 +22,6 @@ from testbed.benchmarks.hydraulics.free_mass import (
 from testbed.laws.oil import effective_bulk_modulus
 from testbed.machine.names import GRAVITY_M_S2
 
-BEYOND = {"into the cushion, hoses", "into the stop", "into the stop, hoses"}
-"""Motions whose worst force is further off than allowed (docs/limits.md)."""
 LOSSLESS = ("friction", "leakage", "hose")
 
 
@@ -96,12 +94,13 @@ def test_viscous_friction_is_the_only_damper_that_is_declared() -> None:
     for way in ("outward", "inward"):
         rig.params["seal"][way]["viscous"] = 5000.0
     _, damping = _ringing(rig, 1e-3, 0.6)
-    assert damping == pytest.approx(5000.0 * float(rig.axes[0].thinning), rel=0.02)
+    # Read off the peaks it is 1.1 % too much; the rate told ahead adds 3/8 (w dt)^2.
+    assert damping == pytest.approx(5000.0 * float(rig.axes[0].thinning), rel=0.025)
 
 
 @pytest.mark.parametrize("end", [-1.0, 1.0])
 def test_the_frame_alone_comes_to_rest_on_a_stop(end: float) -> None:
-    """The stiffest contact on the smallest mass: dampers that lag must not drive it."""
+    """The stiffest contact on the smallest mass: what tells its rate ahead must not drive it."""
     weight = -FRAME_KG * GRAVITY_M_S2
     rig = FreeRig.at_rest(FRAME_KG, weight, 0.01 if end < 0.0 else 0.49, hoses=True)
     steps = 1500
@@ -112,7 +111,7 @@ def test_the_frame_alone_comes_to_rest_on_a_stop(end: float) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in FREE_MOTIONS if name not in BEYOND])
+@pytest.mark.parametrize("name", FREE_MOTIONS)
 def test_a_free_mass_moves_as_in_radau(name: str) -> None:
     found = compare_free(name)
     assert found.holds, found
