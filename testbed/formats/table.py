@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ MOST_VALUES, MOST_CSV_BYTES = 1_000_000_000, 4_000_000_000
 """Of a table that is read: numbers of the columns asked for (8 GB in memory), and bytes of a CSV
 file.
 """
+BATCH_ROWS = 8192
+"""Rows of a series that are unpacked at a time."""
 
 
 def read_columns(path: Path, wanted: Mapping[str, str], declared_in: Path) -> dict[str, Array]:
@@ -118,9 +121,44 @@ def open_series(path: Path, wanted: Collection[str] | None = None) -> tuple[list
     `path` is a file, or the folder of parts that a run writes until it ends. Raises InputError
     where it is missing or broken.
     """
-    import pyarrow as pa
     import pyarrow.parquet as pq
 
+    files = _files_of(path)
+    with _readable(files[0]):
+        names, known = _names(files, wanted)
+        one = len(files) == 1
+        return names, read_parquet(files[0], known) if one else pq.read_table(files, columns=known)
+
+
+def read_numbers(path: Path, wanted: Collection[str] | None = None) -> dict[str, Array]:
+    """The columns of a Parquet table, those `wanted` (None: all) that are there, as float64: some
+    rows at a time, so that memory holds hardly more than what is asked for.
+
+    `path` as in `open_series`. Raises InputError where it is missing or broken, ValueError or
+    TypeError for a column that is not numbers.
+    """
+    import pyarrow.parquet as pq
+
+    files = _files_of(path)
+    with _readable(files[0]):
+        _, known = _names(files, wanted)
+        count = sum(pq.read_metadata(file).num_rows for file in files)
+        out = {name: np.empty(count) for name in known}
+        first = 0
+        for file in files:
+            with pq.ParquetFile(file) as opened:
+                for batch in opened.iter_batches(BATCH_ROWS, columns=known, use_threads=False):
+                    rows = slice(first, first + batch.num_rows)
+                    for name in known:
+                        out[name][rows] = batch.column(name).to_numpy(zero_copy_only=False)
+                    first += batch.num_rows
+    return out
+
+
+def _files_of(path: Path) -> list[Path]:
+    """The file, or the parts of the folder, of a Parquet table. Raises InputError where there are
+    none.
+    """
     aside = path.with_name(f"{path.name}.parts")  # killed in the instant between two renames
     place = path if path.exists() or not aside.exists() else aside
     if not place.exists():
@@ -130,10 +168,25 @@ def open_series(path: Path, wanted: Collection[str] | None = None) -> tuple[list
         raise InputError("holds no record yet", file=place)
     if not place.is_dir() and not place.is_file():
         raise InputError("is no regular file", file=place)
+    return parts or [place]
+
+
+def _names(files: Sequence[Path], wanted: Collection[str] | None) -> tuple[list[str], list[str]]:
+    """All columns' names, and those that are wanted. Raises InputError for too large a table."""
+    import pyarrow.parquet as pq
+
+    names = list(pq.read_schema(files[0]).names)
+    known = names if wanted is None else [name for name in names if name in wanted]
+    _check_size(files, len(known))
+    return names, known
+
+
+@contextmanager
+def _readable(file: Path) -> Iterator[None]:
+    """Context that calls damage by the file's name."""
+    import pyarrow as pa
+
     try:
-        names = pq.read_schema(parts[0] if parts else place).names
-        known = None if wanted is None else [name for name in names if name in wanted]
-        _check_size(parts or [place], len(names if known is None else known))
-        return names, pq.read_table(place, columns=known) if parts else read_parquet(place, known)
+        yield
     except (OSError, UnicodeError, pa.ArrowException) as error:
-        raise InputError(f"is not a readable table: {error}", file=place) from error
+        raise InputError(f"is not a readable table: {error}", file=file) from error

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from testbed.errors import InputError
 from testbed.formats.files import check_links, read_json
-from testbed.formats.table import open_series
+from testbed.formats.table import read_numbers
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.build import build_machine
 from testbed.recording.former import current, with_former
@@ -105,12 +105,8 @@ def read_series(folder: Path, name: str, columns: list[str] | None = None) -> Co
     """
     wanted = None if columns is None else with_former(columns)
     path = folder / f"{name}.parquet"
-    _, table = open_series(path, wanted)
     try:
-        found = {
-            current(key): table.column(key).to_numpy().astype(np.float64)
-            for key in table.column_names
-        }
+        found = {current(key): values for key, values in read_numbers(path, wanted).items()}
     except (ValueError, TypeError) as error:
         raise InputError(f"holds what is no number: {error}", file=path) from error
     timed = columns is None or "t" in columns

@@ -84,7 +84,7 @@ def _raise(error: BaseException) -> None:
         (lambda: _raise(InputError("no\nsuch thing")), "refused"),
         (lambda: _raise(SimulationFault("not finite")), "fault of the simulation"),
         (lambda: _raise(KeyError("x")), "fell over"),
-        (lambda: os.kill(os.getpid(), signal.SIGSEGV), "fell over"),
+        (lambda: os.kill(os.getpid(), signal.SIGTERM), "fell over"),
         (lambda: sys.exit(4), "fell over"),
         (lambda: bytearray(sandbox.MOST_MEMORY + 1), "fell over"),
     ],
