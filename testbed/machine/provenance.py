@@ -7,7 +7,7 @@ authors, B arithmetic on A, C press, D another machine or a handbook, E assumed.
 from __future__ import annotations
 
 import difflib
-import math
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,7 +41,7 @@ def check_number(value: Any, file: str, path: str) -> None:
         if (
             isinstance(number, bool)
             or not isinstance(number, (int, float))
-            or not math.isfinite(number)
+            or not abs(number) <= sys.float_info.max  # an integer may be larger
         ):
             raise InputError(
                 "is not a finite number",

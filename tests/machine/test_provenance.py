@@ -37,6 +37,7 @@ def test_numbers_go_by_their_dotted_path_in_the_files_order(tmp_path: Path) -> N
         ("source: scales", "source: scales, note: x", "unknown key 'note'"),
         ("value: 3.5", "value: .nan", "is not a finite number"),
         ("value: 3.5", "value: true", "is not a finite number"),
+        ("value: 3.5", f"value: 1{'0' * 400}", "is not a finite number"),
         ("{value: 3.5, unit: kg, mark: B, source: scales}", "3.5", "must carry value"),
         (SOUND.strip(), "- 1", "must be a mapping"),
     ],
