@@ -59,7 +59,7 @@ class Live:
         return f"http://127.0.0.1:{self._server.server_address[1]}/"
 
     def __enter__(self) -> Live:
-        threading.Thread(target=self._server.serve_forever, daemon=True).start()
+        threading.Thread(target=self._server.serve_forever, args=(HELD_S,), daemon=True).start()
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -77,6 +77,7 @@ def test_signs_are_read_as_they_were_written() -> None:
     assert Signs.from_json(s.as_json()) == s
 
 
+@pytest.mark.slow
 def test_the_fit_learns_that_a_gain_of_forty_means_an_effect_only_every_other_time() -> None:
     trials = [
         {

@@ -165,6 +165,7 @@ def test_a_trained_controller_sees_what_its_environment_showed_and_acts_as_it_di
     assert np.abs(own).max() > 200.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 def test_vector_of_two_resets_itself(mode: AutoresetMode) -> None:
     envs = gymnasium.make_vec(

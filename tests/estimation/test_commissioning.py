@@ -27,6 +27,7 @@ from testbed.workflows.commission import believed, commission_any
 from testbed.world.believed import own_belief
 
 
+@pytest.mark.slow
 def test_a_recording_without_a_foot_in_the_air_is_refused(tmp_path: Path) -> None:
     run_scenario(load_scenario("stand_flat", duration=5.0), tmp_path / "run")
     with pytest.raises(InputError, match="shows no foot in the air"):

@@ -325,6 +325,7 @@ def test_a_narrow_tolerance_holds_a_declared_bore_against_the_data() -> None:
     assert bore.used <= 1.03 * 0.07 + 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turned", ["reference_force_n", "position_m", "pressure_a_pa"])
 def test_a_force_or_position_turned_round_is_one_line_and_no_fault_of_mathematics(
     turned: str,

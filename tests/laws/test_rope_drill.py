@@ -129,6 +129,7 @@ def test_slack_of_a_sagging_rope_is_exactly_zero() -> None:
     assert sagging_tension(L0, paid, EA, W, H) == 0.0 and paid < L0 + 2 * H + 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weight", [0.0, 9.6])
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=15, deadline=None)

@@ -154,6 +154,7 @@ FAULTS: dict[str, tuple[Fault, str]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["estimate", "diagnose"])
 @pytest.mark.parametrize("name", FAULTS)
 def test_every_fault_is_one_line_and_nothing_is_written(

@@ -34,6 +34,7 @@ def content(packed: str, messages: int = 50, text: str = "") -> bytes:
     return made.getvalue()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("packed", PACKED)
 def test_a_damaged_file_is_read_or_refused(tmp_path: Path, packed: str) -> None:
     whole, path, read = content(packed), tmp_path / "a.mcap", 0

@@ -85,6 +85,7 @@ def _is_json(text: str) -> bool:
         return False
 
 
+@pytest.mark.slow
 def test_the_report_of_a_run(tmp_path: Path) -> None:
     word = " ".join(HOSTILE)
     folder = write_synthetic_run(tmp_path / word.replace("/", "\\"), 2.0)
@@ -202,6 +203,7 @@ def loop_row(word: str) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("word", HOSTILE)
 def test_the_page_of_the_paper(word: str) -> None:
     line = np.arange(3.0)

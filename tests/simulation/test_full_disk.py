@@ -31,6 +31,7 @@ def _full(*_: Any, **__: Any) -> None:
     raise FULL
 
 
+@pytest.mark.slow
 def test_the_size_that_is_asked_for_is_about_the_size_that_is_taken(tmp_path: Path) -> None:
     folder = run_scenario(load_scenario("drill_slope_45", duration=3.0), tmp_path / "run").folder
     files = [folder / f"{name}.parquet" for name in ("data", "truth")]
@@ -64,6 +65,7 @@ def test_parts_that_cannot_be_joined_stay_and_the_run_is_whole(
     assert write_report(tmp_path / "run").is_file()
 
 
+@pytest.mark.slow
 def test_a_disk_that_fills_up_meanwhile_ends_the_run_and_keeps_what_was_recorded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

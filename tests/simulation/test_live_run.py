@@ -48,6 +48,7 @@ def test_a_run_stepped_in_pieces_is_the_run_at_one_go_to_the_last_bit(whole: tes
     assert np.array_equal(pieces.truth.table, whole.truth.table)
 
 
+@pytest.mark.slow
 def test_a_recorded_run_in_pieces_has_the_rows_and_figures_of_testbed_run(
     tmp_path: Path, whole: testbed.Run
 ) -> None:

@@ -84,6 +84,7 @@ def test_a_file_is_the_same_however_its_parts_were_cut(
     assert pq.ParquetFile(files[0]).num_row_groups == 3
 
 
+@pytest.mark.slow
 def test_sparse_rows_are_gathered_for_some_seconds_and_no_longer(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -125,6 +126,7 @@ for k in range(10000):
 """
 
 
+@pytest.mark.slow
 def test_a_killed_run_is_readable_up_to_its_last_second(tmp_path: Path) -> None:
     child = subprocess.Popen(
         [sys.executable, "-c", CHILD, str(tmp_path / "run")], stdout=subprocess.PIPE, text=True

@@ -102,6 +102,7 @@ def test_the_shipped_sweep_loads() -> None:
     assert len(load_sweep("slopes_and_payloads")[1]) == 24
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("body", "told"),
     {

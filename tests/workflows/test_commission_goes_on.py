@@ -56,6 +56,7 @@ def _made(monkeypatch: pytest.MonkeyPatch, level: Path, place: Path, at: int | N
     return runs.made
 
 
+@pytest.mark.slow
 def test_a_stage_that_is_whole_is_not_run_again(
     level: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -67,6 +68,7 @@ def test_a_stage_that_is_whole_is_not_run_again(
     assert not place.exists()
 
 
+@pytest.mark.slow
 def test_a_stage_of_another_machine_or_seed_is_run_again(
     level: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

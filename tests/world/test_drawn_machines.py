@@ -42,6 +42,7 @@ def test_every_tolerance_by_itself_changes_what_is_measured(
     assert changes_recording(("stand_slope_45", CHANGES), *DRAWN, truth=False)
 
 
+@pytest.mark.slow
 def test_the_recording_says_the_same_of_a_drawn_machine_and_the_drawing(tmp_path: Path) -> None:
     short = ["duration_s=0.2"]
     for name, changes in (("drawn", DRAWN), ("plain", [])):

@@ -137,6 +137,7 @@ def test_recorded_forces_carry_the_weight_while_standing() -> None:
     assert np.abs(total - [0.0, 0.0, weight]).max() < BOUND * weight
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "overrides"),
     [

@@ -146,6 +146,7 @@ BROKEN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", BROKEN)
 def test_legs_of_another_plan_are_refused_with_what_is_wrong(case: str, tmp_path: Path) -> None:
     old, new, said = BROKEN[case]

@@ -52,6 +52,7 @@ def test_every_gait_has_a_row_and_what_it_does_not_say_is_a_dash() -> None:
     assert rows[1][2] == "1 of 1" and rows[1][7] == rows[1][9] == "-"
 
 
+@pytest.mark.slow
 def test_a_gait_of_ones_own_climbs_beside_the_shipped_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -417,6 +417,7 @@ def test_the_check_writes_its_table(tmp_path: Path) -> None:
     assert answer["holds"]
 
 
+@pytest.mark.slow
 def test_a_worse_kernel_would_not_pass() -> None:
     good = compare(8, rtol=1e-7)
     assert good.holds

@@ -8,6 +8,7 @@ from testbed.benchmarks.speed import scenarios
 from testbed.benchmarks.speed.scenarios import BOUND_EVEN, scenario_speeds, table
 
 
+@pytest.mark.slow
 def test_a_run_that_ends_early_is_timed_against_the_bare_engine(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
