@@ -123,8 +123,8 @@ def test_growth_is_what_comes_after_the_warm_up() -> None:
 
 
 def test_what_the_report_takes_is_no_growth_of_the_run() -> None:
-    """The last new part of the recording ends what is counted."""
-    assert split([1.0, 2.0, 3.0, 90.0, 99.0], [0, 1, 2, 2, 0]) == ([1.0, 2.0, 3.0], [90.0, 99.0])
+    """The first part of the recording begins what is counted, the last one ends it."""
+    assert split([1.0, 2.0, 3.0, 90.0, 99.0], [0, 1, 2, 2, 0]) == ([2.0, 3.0], [90.0, 99.0])
     assert split([1.0, 2.0], [0, 0]) == ([1.0, 2.0], [])
 
 

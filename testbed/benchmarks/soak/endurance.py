@@ -74,11 +74,12 @@ def drilled(hours: float, folder: Path) -> dict[str, Any]:
 
 def split(held_mb: Sequence[float], parts: Sequence[int]) -> tuple[list[float], list[float]]:
     """Memory while rows were recorded, and afterwards, when parts are joined and the report drawn:
-    the last new part is between them.
+    the last new part is between them. Before the first part the run is loaded, and on a first start
+    compiled, which is neither.
     """
     grown = [k for k in range(1, len(parts)) if parts[k] > parts[k - 1]]
-    last = grown[-1] + 1 if grown else len(held_mb)
-    return list(held_mb[:last]), list(held_mb[last:])
+    first, last = (grown[0], grown[-1] + 1) if grown else (0, len(held_mb))
+    return list(held_mb[first:last]), list(held_mb[last:])
 
 
 def _files(folder: Path) -> int:
