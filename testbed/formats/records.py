@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import product
 from typing import Any, ClassVar
 
@@ -185,8 +186,7 @@ class Record:
 
         Raises TypeError where a field is not a float: then there is no such table.
         """
-        if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
-            raise TypeError(f"{cls.__name__} holds more than floats")
+        _check_floats(cls)
         return records.view(np.float64).reshape(len(records), size(cls))
 
     @classmethod
@@ -203,8 +203,7 @@ class Record:
         """The rows of a table (n, columns) as records (n,) of floats; they share its memory where
         they can.
         """
-        if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
-            raise TypeError(f"{cls.__name__} holds more than floats")
+        _check_floats(cls)
         return np.ascontiguousarray(table).view(cls.dtype).reshape(len(table))
 
 
@@ -222,6 +221,13 @@ def from_columns(
         if name in columns:
             table[:, index] = columns[name]
     return out
+
+
+@cache
+def _check_floats(record: type[Record]) -> None:
+    """Raises TypeError where a field is not a float."""
+    if any(kind.base.kind != "f" for kind in _leaf_types(record)):
+        raise TypeError(f"{record.__name__} holds more than floats")
 
 
 def _leaf_types(record: type[Record]) -> Iterator[np.dtype[Any]]:
@@ -245,6 +251,7 @@ def _columns(record: type[Record], prefix: str) -> Iterator[Column]:
                 yield from _columns(item.record, full + "_")
 
 
+@cache
 def size(record: type[Record]) -> int:
     """How many numbers one record holds."""
     return sum(

@@ -4,20 +4,18 @@ drawn machine.
 
 from __future__ import annotations
 
-import atexit
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.control_tasks.oracle import Found, search
-from testbed.benchmarks.control_tasks.tasks import TASKS, Entrant, Task, trained
+from testbed.benchmarks.control_tasks.episodes import best_found, episode
+from testbed.benchmarks.control_tasks.tasks import TASKS, trained
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.envs.agents.base import Agent
 from testbed.errors import InputError
 from testbed.report.tables import Table
 
@@ -26,16 +24,13 @@ ORACLE = "oracle"
 SCORING_SEED = 100_000
 """Seed of the first case that is scored; those below are for tuning."""
 RESAMPLES = 2000
-TOLD = ("verdict", "slip_m", "held", "caught_s", "depth_m", "t_s")
-"""What of the last step's `info` is kept."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One entrant on one case; `policy`: its file, where it was trained."""
+    """One drawn machine: for the task's entrants and the oracle, or for a trained policy's file."""
 
     task: str
-    entrant: str
     seed: int
     policy: str = ""
 
@@ -62,36 +57,47 @@ class ControlTasks(Benchmark[Case]):
 
     def cases(self) -> Mapping[str, Case]:
         """Case by case, so that a part of them is a fair sample."""
-        made = []
-        for task in self.tasks:
-            for seed in range(self.first_seed, self.first_seed + self.number):
-                made += [Case(task, entrant, seed) for entrant in (*TASKS[task].entrants, ORACLE)]
-                made += [Case(task, Path(file).parent.name, seed, file) for file in self.policies]
-        return {f"{case.task} {case.seed} {case.entrant}": case for case in made}
+        seeds = range(self.first_seed, self.first_seed + self.number)
+        made = [
+            Case(task, seed, policy)
+            for task in self.tasks
+            for seed in seeds
+            for policy in ("", *self.policies)
+        ]
+        return {
+            f"{case.task} {case.seed} {_policy_name(case.policy)}".strip(): case for case in made
+        }
 
     def made_from(self, case: Case) -> str:
-        """The case, and the oracle's budget where it is the oracle's."""
-        return f"{case!r} {self.oracle_episodes if case.entrant == ORACLE else 0}"
+        """The case, and the oracle's budget where it is tried."""
+        return f"{case!r} {0 if case.policy else self.oracle_episodes}"
 
-    def work(self, case: Case) -> dict[str, Any]:
-        """The episode's score and how it ended; of the oracle its best one."""
-        task, told = TASKS[case.task], {"task": case.task, "entrant": case.entrant}
-        if case.entrant != ORACLE:
-            entrant = (
-                trained(Path(case.policy), case.task)
-                if case.policy
-                else task.entrants[case.entrant]
-            )
-            return told | {"seed": case.seed} | episode(task, entrant, case.seed)
-        if task.solved_by:
-            solved = episode(task, task.entrants[task.solved_by], case.seed)
-            if solved["held"]:  # leaves the task: nothing is to be searched for
-                return told | {"seed": case.seed, "plan": (), "history": ()} | solved
-        return told | {"seed": case.seed} | best_found(task, case.seed, self.oracle_episodes)
+    def work(self, case: Case) -> list[dict[str, Any]]:
+        """Every entrant's score and how its episode ended; of the oracle its best one.
+
+        A case that the task's simple rule solves leaves the task: nobody else tries it.
+        """
+        task = TASKS[case.task]
+        if case.policy:
+            policy = trained(Path(case.policy), case.task)
+            return [self._told(case, _policy_name(case.policy), episode(task, policy, case.seed))]
+        answers = []
+        for name in sorted(task.entrants, key=lambda name: name != task.solved_by):
+            end = episode(task, task.entrants[name], case.seed)
+            answers.append(self._told(case, name, end))
+            if name == task.solved_by and end["held"]:
+                return answers
+        best = best_found(task, case.seed, self.oracle_episodes)
+        return [*answers, self._told(case, ORACLE, best)]
+
+    @staticmethod
+    def _told(case: Case, entrant: str, end: Mapping[str, Any]) -> dict[str, Any]:
+        return {"task": case.task, "entrant": entrant, "seed": case.seed, **end}
 
     def summarise(self, answers: Answers) -> dict[str, Any]:
         """By task: every entrant's mean score with its interval, and the headroom."""
-        return {task: summary(task, list(answers.values())) for task in self.tasks}
+        told = list(chain.from_iterable(answers.values()))
+        return {task: summary(task, told) for task in self.tasks}
 
     def tables(self, result: dict[str, Any]) -> Sequence[Table]:
         """One table a task."""
@@ -117,52 +123,6 @@ class ControlTasks(Benchmark[Case]):
             heads = ["who", f"score [{TASKS[task].unit}]", "stood", "held, caught", "closed"]
             made.append(Table(title, heads, rows))
         return made
-
-
-@lru_cache(maxsize=8)
-def _environment(name: str, randomisation: str | None, overrides: tuple[str, ...]) -> Any:
-    """An environment of a process, used again and again."""
-    from testbed import envs
-
-    own = envs.ENVIRONMENTS[name][1]
-    drawn = own["randomisation"] if randomisation is None else randomisation
-    changes = [*own.get("overrides", []), *overrides]
-    made = envs.make(name, randomisation=drawn, overrides=changes)
-    atexit.register(made.close)
-    return made
-
-
-def episode(task: Task, entrant: Entrant, seed: int) -> dict[str, Any]:
-    """The return of one episode and how it ended."""
-    env = _environment(task.environment, task.randomisation, entrant.overrides)
-    observation, _ = env.reset(seed=seed)
-    return _played(env, entrant.make(env), observation)
-
-
-def best_found(task: Task, seed: int, budget: int) -> dict[str, Any]:
-    """The oracle's best episode of one case: every plan is tried from the same saved instant."""
-    env = _environment(task.environment, task.randomisation, ())
-    env.reset(seed=seed)
-    start = env.unwrapped.save()
-    ends: dict[float, dict[str, Any]] = {}
-
-    def score(plan: Array) -> float:
-        observation, _ = env.unwrapped.restore(start)
-        end = _played(env.unwrapped, task.plans.agent(env, plan), observation)
-        ends.setdefault(end["score"], end)
-        return float(end["score"])
-
-    found: Found = search(score, task.plans.starts, task.plans.spread, budget, seed)
-    return {"plan": found.plan, "history": found.history} | ends[found.score]
-
-
-def _played(env: Any, agent: Agent, observation: Any) -> dict[str, Any]:
-    """The return of the rest of an episode and how it ended."""
-    score, over, info = 0.0, False, {}
-    while not over:
-        observation, reward, lost, ended, info = env.step(agent.act(observation))
-        score, over = score + float(reward), lost or ended
-    return {"score": score} | {key: info[key] for key in TOLD if key in info}
 
 
 def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -227,3 +187,8 @@ def _doubling(answers: Sequence[Mapping[str, Any]]) -> float:
         return 0.0
     half = float(np.mean([history[(len(history) - 1) // 2] for history in histories]))
     return float(np.mean([history[-1] for history in histories])) / max(abs(half), 1e-9) - 1.0
+
+
+def _policy_name(file: str) -> str:
+    """A policy is called as its folder."""
+    return Path(file).parent.name if file else ""
