@@ -107,11 +107,10 @@ class ControlTasks(Benchmark[Case]):
                 [
                     name,
                     f"{line['mean']:.2f} ({line['low']:.2f} to {line['high']:.2f})",
-                    f"{100 * line['stood']:.0f} %",
-                    f"{100 * line['held']:.0f} %, {line['caught_s']:.2f} s"
-                    if "held" in line
-                    else "",
-                    f"{100 * line['closed']:.0f} %",
+                    f"{100 * line['held']:.0f} %" if "held" in line else "",
+                    f"{line['caught_s']:.2f} s" if line.get("caught_s") is not None else "",
+                    f"{100 * line['closed']:.0f} %"
+                    f" ({100 * line['closed_low']:.0f} to {100 * line['closed_high']:.0f})",
                 ]
                 for name, line in found["entrants"].items()
             ]
@@ -120,7 +119,7 @@ class ControlTasks(Benchmark[Case]):
                 f" {found['best_rule']}; {found['left']} cases left the task, doubling the oracle's budget"
                 f" adds {100 * found['doubling']:.1f} %"
             )
-            heads = ["who", f"score [{TASKS[task].unit}]", "stood", "held, caught", "closed"]
+            heads = ["who", f"score [{TASKS[task].unit}]", "held", "caught", "closed"]
             made.append(Table(title, heads, rows))
         return made
 
@@ -137,47 +136,59 @@ def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     solved = {a["seed"] for a in mine if a["entrant"] == solved_by and a["held"]}
     mine = [answer for answer in mine if answer["seed"] not in solved]
     names = list(dict.fromkeys(answer["entrant"] for answer in mine))
-    scores = {
-        key: np.array([answer["score"] for answer in mine if answer["entrant"] == key])
-        for key in names
-    }
+    ends = {key: [answer for answer in mine if answer["entrant"] == key] for key in names}
+    scores = {key: np.array([answer["score"] for answer in told]) for key, told in ends.items()}
     others = np.max([values for name, values in scores.items() if name != ORACLE], axis=0)
     beaten = float(np.mean(others > scores[ORACLE]))
     scores[ORACLE] = np.maximum(scores[ORACLE], others)
-    ends = {key: [answer for answer in mine if answer["entrant"] == key] for key in names}
     best = max(TASKS[task].rules, key=lambda name: float(scores[name].mean()))
-    rule, oracle = float(scores[best].mean()), float(scores[ORACLE].mean())
-    rng = np.random.default_rng(0)
+    again = np.random.default_rng(0).integers(len(others), size=(RESAMPLES, len(others)))
+    rule, oracle = scores[best], scores[ORACLE]
     lines = {}
     for name, values in scores.items():
-        means = rng.choice(values, (RESAMPLES, len(values))).mean(axis=1)
-        low, high = np.quantile(means, [0.025, 0.975])
-        closed = (float(values.mean()) - rule) / max(oracle - rule, 1e-9)
+        low, high = _interval(values[again].mean(axis=1))
+        closed_low, closed_high = _interval(_closed(*(v[again] for v in (values, rule, oracle))))
         lines[name] = {
             "mean": float(values.mean()),
-            "low": float(low),
-            "high": float(high),
+            "low": low,
+            "high": high,
             **_ends(ends[name]),
-            "closed": closed,
+            "closed": float(_closed(values, rule, oracle)),
+            "closed_low": closed_low,
+            "closed_high": closed_high,
         }
     return {
-        "cases": len(scores[best]),
+        "cases": len(rule),
         "left": len(solved),
         "doubling": _doubling(ends[ORACLE]),
         "best_rule": best,
-        "headroom": (oracle - rule) / max(abs(rule), 1e-9),
+        "headroom": float((oracle.mean() - rule.mean()) / max(abs(rule.mean()), 1e-9)),
         "beaten": beaten,
         "entrants": lines,
     }
 
 
-def _ends(answers: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """Shares of the episodes that stood and that held, and the median time until one was caught."""
-    found = {"stood": float(np.mean([answer["verdict"] == "stood" for answer in answers]))}
-    if all("held" in answer for answer in answers):
-        found["held"] = float(np.mean([answer["held"] for answer in answers]))
-        found["caught_s"] = float(np.median([answer["caught_s"] for answer in answers]))
-    return found
+def _closed(values: Array, rule: Array, oracle: Array) -> Array:
+    """Share of the headroom that scores (.., cases) close."""
+    gained, room = (scores.mean(axis=-1) - rule.mean(axis=-1) for scores in (values, oracle))
+    return np.asarray(gained / np.maximum(room, 1e-9))
+
+
+def _interval(found: Array) -> tuple[float, float]:
+    low, high = np.quantile(found, [0.025, 0.975])
+    return float(low), float(high)
+
+
+def _ends(answers: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
+    """Share of the episodes that held, and the median time until one of these was caught."""
+    if not all("held" in answer for answer in answers):
+        return {}
+    held = [answer for answer in answers if answer["held"]]
+    caught = [answer["caught_s"] for answer in held]
+    return {
+        "held": len(held) / len(answers),
+        "caught_s": float(np.median(caught)) if caught else None,
+    }
 
 
 def _doubling(answers: Sequence[Mapping[str, Any]]) -> float:
