@@ -124,7 +124,7 @@ class KeepEnv(RoboclimberEnv):
     @property
     def most_left(self) -> float:
         """See the base class: from here on no foot slips any further."""
-        left_s = self._sim.scenario.duration_s - max(self._sim.t_s, self.fault_s)
+        left_s = float(self._sim.scenario.duration_s - max(self._sim.t_s, self.fault_s))
         return max(left_s, 0.0) * max(0.0, 1.0 - self._slip_m / SLIP_M)
 
     def action_masks(self) -> NDArray[np.bool_]:

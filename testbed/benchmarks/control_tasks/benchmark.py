@@ -4,6 +4,7 @@ drawn machine.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -20,6 +21,8 @@ from testbed.errors import InputError
 from testbed.report.tables import Table
 
 Array = NDArray[np.float64]
+Scores = Mapping[int, float]
+"""By the case's seed."""
 ORACLE = "oracle"
 SCORING_SEED = 100_000
 """Seed of the first case that is scored; those below are for tuning."""
@@ -83,6 +86,8 @@ class ControlTasks(Benchmark[Case]):
             return [self._told(case, _policy_name(case.policy), episode(task, policy, case.seed))]
         answers = []
         for name in sorted(task.entrants, key=lambda name: name != task.solved_by):
+            if case.seed % task.entrants[name].each:
+                continue
             end = episode(task, task.entrants[name], case.seed)
             answers.append(self._told(case, name, end))
             if name == task.solved_by and end["held"]:
@@ -106,6 +111,7 @@ class ControlTasks(Benchmark[Case]):
             rows = [
                 [
                     name,
+                    f"{line['cases']}",
                     f"{line['mean']:.2f} ({line['low']:.2f} to {line['high']:.2f})",
                     f"{100 * line['held']:.0f} %" if "held" in line else "",
                     f"{line['caught_s']:.2f} s" if line.get("caught_s") is not None else "",
@@ -119,7 +125,7 @@ class ControlTasks(Benchmark[Case]):
                 f" {found['best_rule']}; {found['left']} cases left the task, doubling the oracle's budget"
                 f" adds {100 * found['doubling']:.1f} %"
             )
-            heads = ["who", f"score [{TASKS[task].unit}]", "held", "caught", "closed"]
+            heads = ["who", "cases", f"score [{TASKS[task].unit}]", "held", "caught", "closed"]
             made.append(Table(title, heads, rows))
         return made
 
@@ -129,49 +135,68 @@ def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
     Headroom is the oracle's mean less the best tuned rule's, as a share of that rule's. Where an
     entrant does better than the oracle's own plan, the oracle does as that entrant did: `beaten` is
-    the share of such cases.
+    the share of such cases. An entrant that tried a part of the cases is measured against the rule
+    and the oracle on that part.
     """
     mine = sorted((answer for answer in answers if answer["task"] == task), key=lambda a: a["seed"])
     solved_by = TASKS[task].solved_by
     solved = {a["seed"] for a in mine if a["entrant"] == solved_by and a["held"]}
     mine = [answer for answer in mine if answer["seed"] not in solved]
-    names = list(dict.fromkeys(answer["entrant"] for answer in mine))
-    ends = {key: [answer for answer in mine if answer["entrant"] == key] for key in names}
-    scores = {key: np.array([answer["score"] for answer in told]) for key, told in ends.items()}
-    others = np.max([values for name, values in scores.items() if name != ORACLE], axis=0)
-    beaten = float(np.mean(others > scores[ORACLE]))
-    scores[ORACLE] = np.maximum(scores[ORACLE], others)
-    best = max(TASKS[task].rules, key=lambda name: float(scores[name].mean()))
-    again = np.random.default_rng(0).integers(len(others), size=(RESAMPLES, len(others)))
-    rule, oracle = scores[best], scores[ORACLE]
-    lines = {}
-    for name, values in scores.items():
-        low, high = _interval(values[again].mean(axis=1))
-        closed_low, closed_high = _interval(_closed(*(v[again] for v in (values, rule, oracle))))
-        lines[name] = {
-            "mean": float(values.mean()),
-            "low": low,
-            "high": high,
-            **_ends(ends[name]),
-            "closed": float(_closed(values, rule, oracle)),
-            "closed_low": closed_low,
-            "closed_high": closed_high,
-        }
+    ends = {
+        name: [answer for answer in mine if answer["entrant"] == name]
+        for name in dict.fromkeys(answer["entrant"] for answer in mine)
+    }
+    scores = {name: {a["seed"]: a["score"] for a in told} for name, told in ends.items()}
+    own = scores[ORACLE]
+    oracle = {seed: max(found.get(seed, -math.inf) for found in scores.values()) for seed in own}
+    beaten = sum(oracle[seed] > score for seed, score in own.items())
+    scores[ORACLE] = oracle
+    best = max(TASKS[task].rules, key=lambda name: _mean(scores[name]))
+    rule, most = _mean(scores[best]), _mean(oracle)
+    lines = {
+        name: {**_line(found, scores[best], oracle), **_ends(ends[name])}
+        for name, found in scores.items()
+    }
     return {
-        "cases": len(rule),
+        "cases": len(oracle),
         "left": len(solved),
         "doubling": _doubling(ends[ORACLE]),
         "best_rule": best,
-        "headroom": float((oracle.mean() - rule.mean()) / max(abs(rule.mean()), 1e-9)),
-        "beaten": beaten,
+        "headroom": (most - rule) / max(abs(rule), 1e-9),
+        "beaten": beaten / len(oracle),
         "entrants": lines,
     }
 
 
-def _closed(values: Array, rule: Array, oracle: Array) -> Array:
-    """Share of the headroom that scores (.., cases) close."""
-    gained, room = (scores.mean(axis=-1) - rule.mean(axis=-1) for scores in (values, oracle))
-    return np.asarray(gained / np.maximum(room, 1e-9))
+def _line(found: Scores, rule: Scores, oracle: Scores) -> dict[str, Any]:
+    """An entrant's mean score on its cases, the share of the headroom there that it closes, and
+    their intervals.
+    """
+    values = np.array([[scores[seed] for seed in found] for scores in (found, rule, oracle)])
+    drawn = np.random.default_rng(0).integers(len(found), size=(RESAMPLES, len(found)))
+    means, again = values.mean(axis=1), values[:, drawn].mean(axis=2)
+    (low, high), (closed_low, closed_high) = _interval(again[0]), _interval(_closed(again))
+    return {
+        "cases": len(found),
+        "mean": float(means[0]),
+        "low": low,
+        "high": high,
+        "closed": float(_closed(means)),
+        "closed_low": closed_low,
+        "closed_high": closed_high,
+    }
+
+
+def _mean(found: Scores) -> float:
+    return float(np.mean(list(found.values())))
+
+
+def _closed(means: Array) -> Array:
+    """Share of the headroom that mean scores (3, ..) close: an entrant's, the rule's, the
+    oracle's.
+    """
+    entrant, rule, oracle = means
+    return np.asarray((entrant - rule) / np.maximum(oracle - rule, 1e-9))
 
 
 def _interval(found: Array) -> tuple[float, float]:

@@ -224,6 +224,9 @@ def test_headroom_and_what_is_closed_of_it_by_hand() -> None:
     assert found["entrants"]["other"]["closed"] == pytest.approx(2.0 / 3.0)
     assert found["entrants"][ORACLE]["closed"] == pytest.approx(1.0)
     assert found["doubling"] == pytest.approx(3.25 / 3.0 - 1.0) and found["left"] == 0
+    fewer = summary("keep", [a for a in answers if (a["entrant"], a["seed"]) != ("other", 1)])
+    other = fewer["entrants"]["other"]
+    assert (other["cases"], other["mean"]) == (1, 3.0) and other["closed"] == pytest.approx(0.5)
     sure = found["entrants"]["other"]
     assert sure["closed_low"] <= sure["closed"] <= sure["closed_high"] and sure["caught_s"] is None
     held = [answer | {"held": answer["seed"] == 1} for answer in answers]
@@ -254,13 +257,13 @@ def test_a_case_that_the_simple_rule_solves_is_tried_by_nobody_else(
     def played(task: Task, entrant: Entrant, seed: int) -> dict[str, Any]:
         name = next(name for name, each in task.entrants.items() if each is entrant)
         tried.append(name)
-        return {"score": 1.0, "verdict": "stood", "held": seed == 1, "caught_s": 0.1}
+        return {"score": 1.0, "verdict": "stood", "held": seed == 5, "caught_s": 0.1}
 
     best = {"score": 2.0, "held": True, "caught_s": 0.1, "plan": (), "history": (2.0,)}
     monkeypatch.setattr(benchmark, "episode", played)
     monkeypatch.setattr(benchmark, "best_found", lambda task, seed, budget: best)
     tasks = ControlTasks(("keep",))
-    names = [[a["entrant"] for a in tasks.work(Case("keep", seed))] for seed in (1, 2)]
+    names = [[a["entrant"] for a in tasks.work(Case("keep", seed))] for seed in (5, 10)]
     assert names[0] == ["hauling rule"]
     assert (
         set(names[1]) == {*TASKS["keep"].entrants, ORACLE} and len(tried) == 1 + len(names[1]) - 1
