@@ -11,7 +11,8 @@ What is then lacking the rope that is left takes over as it is stretched, by som
 quarter of a second; hauling at 60 mm/s is too slow for that. The feet slide those centimetres,
 unless the body goes them over feet that stay: the yielding agent predicts, decision by decision,
 from the rope's stiffness, its tension and the loads, how far the body has to go until the feet can
-hold the rest, and lets the legs go so far.
+hold the rest, and lets the legs go so far. Before a loss it compares what it has hauled with what
+the tension has gained: rope that comes in and does not stretch drags the feet, and it pulls less.
 """
 
 from __future__ import annotations
