@@ -9,6 +9,7 @@ reward and in `info` alone.
 from __future__ import annotations
 
 import copy
+import math
 import os
 import sys
 from collections.abc import Mapping
@@ -306,6 +307,16 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             self._sim.close()
             self._sim = None
 
+    @property
+    def over(self) -> bool:
+        """Whether the episode has ended."""
+        return self._ended
+
+    @property
+    def next_s(self) -> float:
+        """When the next step will be over, simulated time."""
+        return float(self._sim.t_s) + self._step_s
+
     # ---- what a task may change ------------------------------------------------------------------
 
     def _begin(self, spec: Scenario) -> None:
@@ -345,6 +356,11 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     def _amounts(self, truth: Truth, action: Array, ended: bool) -> dict[str, float]:
         """How much of each of the reward's terms this step has, in the term's unit."""
         return holding_amounts(truth, action, ended)
+
+    @property
+    def most_left(self) -> float:
+        """The most that the rest of the episode can pay; infinite where nobody knows."""
+        return math.inf
 
     def action_masks(self) -> NDArray[np.bool_]:
         """(len(actions),) which rows of an action have an effect in the next step; in

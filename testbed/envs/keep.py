@@ -128,6 +128,12 @@ class KeepEnv(RoboclimberEnv):
         since = min(max(t_s - self.fault_s, 0.0), self._step_s)
         return {"held": 0.0 if ended else since * max(0.0, 1.0 - slip / self._paid_to_m)}
 
+    @property
+    def most_left(self) -> float:
+        """See the base class: from here on no foot slips any further."""
+        left_s = float(self._sim.scenario.duration_s - max(self._sim.t_s, self.fault_s))
+        return max(left_s, 0.0) * max(0.0, 1.0 - self._slip_m / SLIP_M)
+
     def action_masks(self) -> NDArray[np.bool_]:
         """See the base class: a rope that is not there cannot be hauled."""
         whole = np.asarray(self._sim.machine.boards["ropes"]["whole"][0]) > 0.0
