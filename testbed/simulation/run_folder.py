@@ -34,11 +34,11 @@ def spelt(scenario: Any) -> str:
 
 
 class RunFolder:
-    """Takes a Simulation's rows as they come. Raises InputError where the disk has no room for
-    them.
+    """Takes a Simulation's rows as they come, with pictures unless nobody is to look at them.
+    Raises InputError where the disk has no room for the rows.
     """
 
-    def __init__(self, folder: Path, simulation: Any) -> None:
+    def __init__(self, folder: Path, simulation: Any, pictures: bool = True) -> None:
         scenario = simulation.scenario
         self.folder = folder
         self._columns = list(simulation.data_columns), list(simulation.truth_columns)
@@ -51,12 +51,14 @@ class RunFolder:
             scenario, simulation.machines.belief, self._columns[0], surveyed(simulation)
         )
         self._recorder = RunRecorder(folder, *self._columns, meta)
-        self._album = Album(folder, scenario.duration_s, copies=not simulation.has_window)
+        copies = not simulation.has_window
+        self._album = Album(folder, scenario.duration_s, copies=copies) if pictures else None
         self._simulation = simulation
         self._rows_a_part = max(scenario.rates.record_hz, LEAST_ROWS_A_PART)
         self._waiting: list[tuple[Array, Array]] = []
         self._written_s = time.monotonic()
-        self._album.take(simulation, 0.0)
+        if self._album is not None:
+            self._album.take(simulation, 0.0)
 
     def take(self, data: Array, truth: Array) -> None:
         """The next rows, and a picture where one is due."""
@@ -64,12 +66,13 @@ class RunFolder:
         waiting = sum(len(rows) for rows, _ in self._waiting)
         if waiting >= self._rows_a_part or time.monotonic() - self._written_s > LONGEST_WAIT_S:
             self._write()
-        if len(truth):
+        if len(truth) and self._album is not None:
             self._album.take(self._simulation, float(truth[-1, 0]))
 
     def take_last(self, now_s: float) -> None:
         """The large picture at the run's end."""
-        self._album.take_large(self._simulation, now_s)
+        if self._album is not None:
+            self._album.take_large(self._simulation, now_s)
 
     def keep(self, data: Array, truth: Array) -> None:
         """The next rows, of which no picture is taken."""
@@ -91,7 +94,9 @@ class RunFolder:
         them.
         """
         lost = [*_failing(self._write), *_failing(self._recorder.close)]
-        unjoined = [*_failing(self._recorder.finish), *_failing(self._album.finish)]
+        unjoined = _failing(self._recorder.finish)
+        if self._album is not None:
+            unjoined += _failing(self._album.finish)
         told = lost[0] if lost else None
         unsaid = _failing(lambda: write_summary(self.folder, summary(told)))
         for error in (*lost, *unjoined, *unsaid):
