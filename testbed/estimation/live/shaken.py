@@ -63,4 +63,4 @@ def shake(specific_force: float, loads: Any, body: Any, state: Any) -> None:
 @njit
 def carrying(load: float, body: Any) -> float:
     """How much of its part a foot of this mean load (N) takes, 0 to 1."""
-    return min(max(load / body.carries, 0.0), 1.0)
+    return float(min(max(load / body.carries, 0.0), 1.0))
