@@ -285,10 +285,10 @@ class Run:
         wall_s = time.perf_counter() - self._started
         ending = Ending(wall_s, self.interrupted, self._fault)
         if self._keeps or self._folder is None:
-            data, truth = self.rows.as_recorded(), self.truth.as_recorded()
+            series: tuple[Columns, Columns] = self.rows.as_recorded(), self.truth.as_recorded()
         else:
-            data, truth = self._folder.series()
-        return summed_up(self._simulation, data, truth, ending)
+            series = self._folder.series()
+        return summed_up(self._simulation, *series, ending)
 
     # ---- the end ---------------------------------------------------------------------------------
 

@@ -14,10 +14,9 @@ from testbed.errors import InputError
 from testbed.formats.files import check_space, plain, write_text
 from testbed.formats.yaml_files import write_yaml, yaml_text
 from testbed.simulation.description import recording_meta
-from testbed.simulation.metrics import wanted_columns
 from testbed.simulation.pictures import Album
 from testbed.simulation.recorder import RunRecorder, size_bytes, write_summary
-from testbed.simulation.runs import Columns, read_series
+from testbed.simulation.runs import Columns, open_run
 from testbed.simulation.truth_machine import TRUTH_MACHINE, truth_machine
 from testbed.world.summary import surveyed
 
@@ -104,12 +103,9 @@ class RunFolder:
             raise error
 
     def series(self) -> tuple[Columns, Columns]:
-        """The recorded columns that a summary needs: data and truth."""
-        data, truth = self._columns
-        return (
-            read_series(self.folder, "data", wanted_columns(data)),
-            read_series(self.folder, "truth", wanted_columns(truth)),
-        )
+        """The recorded columns: data and truth."""
+        run = open_run(self.folder)
+        return run.data, run.truth
 
 
 def _failing(step: Callable[[], object]) -> list[InputError]:
