@@ -17,7 +17,7 @@ MAPS = np.tile(np.eye(3), (4, 1, 1))
 
 
 def seen(up_n: list[float]) -> tuple[Any, np.ndarray]:
-    """The estimate after feet seemed to push upwards so much (4,), N, and the loads that are left."""
+    """The estimate after feet seemed to push so hard (4,), N, and the loads that are left."""
     body, state = BodyBelief.zeros()[0], BodyState.zeros()[0]
     body["air_sd"], body["gate"] = 40.0, 8.0
     state["fusion"]["sizes"]["spread"], state["fusion"]["sizes"]["zero_sd"] = 400.0, 100.0
