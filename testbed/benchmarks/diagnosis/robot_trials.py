@@ -85,13 +85,15 @@ def names_in(said: dict[str, Any]) -> list[str]:
     return [f"{e['name']}@{e['place']}" for e in said["effects"]]
 
 
-def balances_in(run: Run) -> Balances:
-    """A run's balances with the shipped machine as what the robot believes."""
+def balances_in(run: Run, sound: Balances | None = None) -> Balances:
+    """A run's balances with the shipped machine as what the robot believes; `sound`: those of an
+    earlier run of the same machine.
+    """
     from testbed.diagnosis.robot.levels import balances_at_level
     from testbed.workflows.estimate import survey_of
 
     survey = survey_of(run.surveyed, Path("run"))
-    return balances_at_level(run.data, survey.robot(build_machine()), survey.ropes_in_world, {})
+    return balances_at_level(run.data, survey.robot(build_machine()), survey.ropes_in_world, {}, sound)
 
 
 def visible(ledger: Ledger, case: Drawn) -> list[str]:
