@@ -161,7 +161,7 @@ def _motion_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "lowest stability margin", f"{summary['lowest_stability_margin']:.3f}"
     if "lowest_wrench_margin_n" in summary:
         yield "smallest push that is too much", _newton(summary["lowest_wrench_margin_n"])
-        yield "least work that tips it", f"{summary['lowest_energy_margin_j']:.0f} J"
+        yield "least work that tips it", _in_thousands(summary["lowest_energy_margin_j"], "J")
     yield "largest tilt", f"{summary['tilt_max_deg']:.2f} deg"
     yield "way up the slope", f"{round(1000 * summary['climbed_m']) + 0:d} mm"
     ropes = summary["rope_tension_max_n"].items()
@@ -182,7 +182,12 @@ def _count(number: int, noun: str) -> str:
 
 
 def _newton(value: float | None) -> str:
-    return "unknown" if value is None else f"{value:,.0f} N".replace(",", " ")
+    return "unknown" if value is None else _in_thousands(value, "N")
+
+
+def _in_thousands(value: float, unit: str) -> str:
+    """A whole number with a space between its thousands."""
+    return f"{value:,.0f} {unit}".replace(",", " ")
 
 
 def run_status(summary: Mapping[str, Any]) -> int:

@@ -10,7 +10,6 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.balance import side_growth
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.forces import (
     OF_A_SOUND_MACHINE,
@@ -18,6 +17,7 @@ from testbed.diagnosis.robot.forces import (
     swings,
     taken_by_stops,
 )
+from testbed.diagnosis.robot.friction import side_growth
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.levels import left_by, level_of
 from testbed.diagnosis.robot.oil import Oil, displaced

@@ -14,7 +14,8 @@ import pytest
 from testbed.diagnosis.robot import forces
 from testbed.diagnosis.robot.balance import EVERY, BodyBalance, OtherSigns, balance_of
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
-from testbed.diagnosis.robot.oil import oil_of, supply_of
+from testbed.diagnosis.robot.oil import oil_of
+from testbed.diagnosis.robot.supply import supply_of
 from testbed.effects import by_name
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES

@@ -1,7 +1,9 @@
 """Long climbs: ten metres up each slope, on planes and on rough rock, with ropes aside and rods on
 board, several seeds each.
 
-A run ends when the body has gone its way, the machine is lost, or its time is over. A seed draws
+A run ends when the body has gone its way, the machine is lost, or its time is over. A machine whose
+ropes draw the load too far aside for the stride is given a shorter one, as its crew would; where
+none of STRIDE_SHARES is accepted, the climb is refused. A seed draws
 the machine, the sensors' errors, the true friction and, on rock, the surface; control believes the
 machine on the drawing board, one friction, and knows nothing of the rock but its roughness. A gait
 of one's own climbs the same slopes beside the shipped one.
@@ -23,6 +25,7 @@ from testbed.errors import InputError, SimulationFault
 from testbed.formats.sockets import load_class, split_user_class
 from testbed.report.tables import Table
 from testbed.scenario.scenario import Scenario, load_scenario
+from testbed.scenario.tasks import Crawl
 
 SCENARIO = "crawl_slope_45"
 LONG = "task.gait=flowing", "task.steps=120", "duration_s=1500", "rates.record_hz=10"
@@ -44,6 +47,8 @@ of mass.
 """
 WAY_M = 10.0
 SLIP_LIMIT_M, TILT_LIMIT_DEG = 0.05, 3.0
+STRIDE_SHARES = 1.0, 0.95, 0.9, 0.85, 0.8
+"""Of the case's stride; the first that the gait accepts before anything moves is taken."""
 FRICTION = 0.6, 0.8
 """True friction is drawn evenly between these (dry rock, D)."""
 ROUGH = "rough"
@@ -60,9 +65,14 @@ class Climb:
     overrides: tuple[str, ...]
     gait: str = SHIPPED
 
-    def scenario(self) -> Scenario:
-        """The climb as a scenario."""
-        return load_scenario(SCENARIO, list(self.overrides), seed=self.seed)
+    def scenario(self, stride_share: float = 1.0) -> Scenario:
+        """The climb as a scenario, with this share of the case's stride."""
+        scenario = load_scenario(SCENARIO, list(self.overrides), seed=self.seed)
+        if stride_share == 1.0 or not isinstance(scenario.task, Crawl):
+            return scenario
+        stride_m = stride_share * scenario.task.step_length_m
+        shorter = [*self.overrides, f"task.step_length_m={stride_m:.4f}"]
+        return load_scenario(SCENARIO, shorter, seed=self.seed)
 
 
 REFUSED = "refused"
@@ -90,6 +100,7 @@ class Outcome:
     friction: float
     goal_m: float = WAY_M
     gait: str = SHIPPED
+    stride_share: float = 1.0
 
     @property
     def good(self) -> bool:
@@ -213,16 +224,14 @@ class Climbs(Benchmark[Climb]):
 
 def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
     """Simulate one climb."""
-    from testbed.world.simulation import Simulation
     from testbed.world.summary import world_summary
 
-    scenario = climb.scenario()
-    own = None if climb.gait == SHIPPED else climb.gait
-    try:
-        world = Simulation(scenario, own=OwnParts(own))
-    except InputError as reason:
-        return _refused(climb, reason, scenario.terrain.friction, way_m)
-    gait: Any = world.machine.gait if own is None else None
+    begun = _begin(climb)
+    if isinstance(begun, InputError):
+        return _refused(climb, begun, way_m)
+    world, stride_share = begun
+    scenario = world.scenario
+    gait: Any = world.machine.gait if climb.gait == SHIPPED else None
     columns = {name: index for index, name in enumerate(world.truth_columns)}
     ropes = [
         [columns[f"rope_force_in_world_{side}_{axis}"] for axis in "xyz"]
@@ -251,14 +260,33 @@ def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
         scenario.terrain.friction,
         way_m,
         climb.gait,
+        stride_share,
     )
     world.close()
     return outcome
 
 
-def _refused(climb: Climb, reason: InputError, friction: float, way_m: float) -> Outcome:
+def _begin(climb: Climb) -> tuple[Any, float] | InputError:
+    """The world of a climb and the share of its stride that it was begun with, or why it was not
+    begun.
+    """
+    from testbed.world.simulation import Simulation
+
+    own = OwnParts(None if climb.gait == SHIPPED else climb.gait)
+    refused: InputError | None = None
+    for share in STRIDE_SHARES:
+        try:
+            return Simulation(climb.scenario(share), own=own), share
+        except InputError as reason:
+            refused = refused or reason
+    assert refused is not None
+    return refused
+
+
+def _refused(climb: Climb, reason: InputError, way_m: float) -> Outcome:
     """A climb that control would not begin on this machine: no fall, and not good."""
     verdict = f"{REFUSED}: {reason}"
+    friction = climb.scenario().terrain.friction
     nothing = (0.0, 0.0, 0, 0.0, 0.0, None, 0.0)
     return Outcome(climb.case, climb.seed, verdict, *nothing, friction, way_m, climb.gait)
 

@@ -17,12 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import Bins
-from testbed.diagnosis.robot.oil import Oil, Supply
-from testbed.diagnosis.robot.tolerances import middle
+from testbed.diagnosis.robot.friction import areas, friction, side_coefficient, side_growth
+from testbed.diagnosis.robot.oil import Oil
+from testbed.diagnosis.robot.supply import Supply
 from testbed.effects.signature import RobotSeen
-from testbed.estimation.cylinder import friction_terms
-from testbed.machine.groups import Cylinder
-from testbed.machine.model import Axis, Machine
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS
 from testbed.machine.scale import Scale
 from testbed.robot.attitude import rotation_from_attitude
@@ -79,7 +78,7 @@ def _rows_of_bins(
 def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Array) -> BodyBalance:
     """Hold the measured bins against the believed machine; `ropes_in_world` (2, 3) as surveyed."""
     machine, n = robot.machine, bins.count
-    coulomb, viscous, spread = _friction(bins, machine)
+    coulomb, viscous, spread = friction(bins, machine)
     area_a, area_b = areas(machine)
     piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b
     rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
@@ -87,7 +86,7 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
     hangs = hanging(bins, machine.scale)
     stands = ~np.repeat(hangs, JOINTS_A_LEG, axis=1)  # a foot in the air pushes across no rod
     axes, stroke_m = machine.axes.values(), robot.linkages.stroke_m
-    coefficient = np.array([_side_coefficient(axis) for axis in axes])
+    coefficient = np.array([side_coefficient(axis) for axis in axes])
     growth = [side_growth(axis, bins.extension_m[:, i], stroke_m[i]) for i, axis in enumerate(axes)]
     side = stands * bins.direction * coefficient * np.column_stack(growth)
     more = np.array([axis.seal.side_load_growth for axis in axes]) / stroke_m
@@ -172,17 +171,6 @@ class OtherSigns:
 
 ROWS = ("missing", "by_force")
 PASSES = 3
-
-
-def _side_coefficient(axis: Axis) -> float:
-    return middle("axes.*.seal.side_load_coefficient", axis.seal.side_load_coefficient)
-
-
-def side_growth(axis: Axis, extension_m: Array, stroke_m: float) -> Array:
-    """(n,) friction by side load at extensions (n,), over that at mid-stroke: a frame that is drawn
-    out overhangs by more.
-    """
-    return np.asarray(1.0 + axis.seal.side_load_growth * (extension_m / stroke_m - 0.5))
 
 
 def _side_loads(foot_force: Array) -> Array:
@@ -319,37 +307,6 @@ def _by_joint(robot: Robot, measured: Measured) -> Array:
 EVERY = 10
 STEP = 1e-4
 """m or rad."""
-
-
-def areas(machine: Machine) -> tuple[Array, Array]:
-    """Piston areas (12,) of chambers A and B, m2."""
-    cylinders = [axis.cylinder for axis in machine.axes.values()]
-    whole = np.array([0.25 * np.pi * c.bore_m**2 for c in cylinders])
-    return whole, whole - np.array([0.25 * np.pi * c.rod_m**2 for c in cylinders])
-
-
-def _friction(bins: Bins, machine: Machine) -> tuple[Array, Array, Array]:
-    """Dry friction of the sense of sliding, viscous friction with its sign, and half width at rest,
-    (n, 12) each, N.
-    """
-    dry, viscous, spread = (np.zeros((bins.count, len(AXES))) for _ in range(3))
-    for i, axis in enumerate(machine.axes.values()):
-        c, seal = axis.cylinder, axis.seal
-        speed = bins.speed_m_s[:, i]
-        out, back = _dry(c, speed, "out"), _dry(c, speed, "in")
-        extra = seal.pressure_coefficient_m2 * (bins.pressure_a_pa + bins.pressure_b_pa)[:, i]
-        dry[:, i] = np.where(speed >= 0.0, out, back) + extra
-        thin = np.exp(-seal.viscosity_rate_1_k * (bins.oil_degc - seal.viscosity_reference_degc))
-        sigma = np.where(speed >= 0.0, c.viscous_out_n_s_m, c.viscous_in_n_s_m)
-        viscous[:, i] = sigma * thin * speed
-        spread[:, i] = 0.5 * (out + back + 2.0 * extra) * (1.0 - np.abs(bins.direction[:, i]))
-    return dry, viscous, spread
-
-
-def _dry(c: Cylinder, speed: Array, sense: str) -> Array:
-    coulomb, static = getattr(c, f"coulomb_{sense}_n"), getattr(c, f"static_{sense}_n")
-    fading = friction_terms(np.abs(speed), getattr(c, f"stribeck_{sense}_m_s"))[..., 2]
-    return np.asarray(coulomb + static * fading)
 
 
 def hanging(bins: Bins, scale: Scale) -> npt.NDArray[np.bool_]:

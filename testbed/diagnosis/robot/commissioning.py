@@ -25,7 +25,8 @@ from scipy.linalg import solve_triangular
 from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of, hanging
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of, lift_of
 from testbed.diagnosis.robot.forces import ForceNoise, Tolerated, noise_of, rows_of, tolerated
-from testbed.diagnosis.robot.oil import oil_of, supply_of
+from testbed.diagnosis.robot.oil import oil_of
+from testbed.diagnosis.robot.supply import supply_of
 from testbed.diagnosis.robot.tolerances import chance, standard_deviation
 from testbed.effects import by_name
 from testbed.effects.friction_load import LoadFriction

@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.balance import BodyBalance, side_growth
+from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.friction import side_growth
 from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.effects import ALL
 from testbed.effects.friction_position import PositionFriction

@@ -17,6 +17,7 @@ from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.evidence import RawGroup, Whitened
 from testbed.diagnosis.robot.lines import lines_of
+from testbed.diagnosis.robot.supply import supply_of
 from testbed.diagnosis.robot.unexplained import ALL_UNEXPLAINED
 from testbed.effects import ALL
 from testbed.effects.base import Effect
@@ -86,7 +87,7 @@ def balances_of(
     machine = robot.machine
     frame, bins = Frame.of(np.asarray(data["t"], dtype=float)), bins_of(data, robot)
     oils = oil.oil_of(data, bins, frame, robot)
-    supply = oil.supply_of(oils, bins, machine)
+    supply = supply_of(oils, bins, machine)
     lines = lines_of(data, machine)
     other = OtherSigns(
         oils,

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.balance import areas
 from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.friction import areas
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES
 from testbed.machine.scale import Scale

@@ -14,6 +14,7 @@ from testbed.benchmarks.climbs import climbs as climbs_module
 from testbed.benchmarks.climbs.climbs import CASES, Climb, Climbs, Outcome, climb_up, climbs, table
 from testbed.benchmarks.harness import LINES, run
 from testbed.errors import InputError
+from testbed.scenario.tasks import Crawl
 
 GOOD = Outcome("plane 45", 1, "stood", 10.01, 510.0, 102, 0.003, 0.13, 3200.0, 1.8e4, 0.7)
 
@@ -117,3 +118,18 @@ def test_a_climb_that_control_would_not_begin_is_no_fall_and_not_good() -> None:
     assert not refused.good
     (row,) = table([refused, GOOD]).rows
     assert row[2:4] == ["1 of 2", "0"]
+
+
+def test_a_shorter_stride_is_a_share_of_the_cases_own() -> None:
+    (climb,) = climbs(["plane 45"], 1)
+    whole, shorter = climb.scenario().task, climb.scenario(0.9).task
+    assert isinstance(whole, Crawl) and isinstance(shorter, Crawl)
+    assert shorter.step_length_m == pytest.approx(0.9 * whole.step_length_m)
+    assert shorter.steps == whole.steps
+
+
+@pytest.mark.slow
+def test_a_machine_whose_ropes_lead_aside_climbs_with_the_stride_that_fits() -> None:
+    (climb,) = climbs(["plane 30"], 3, first=3, draw="workshop")
+    outcome = climb_up(climb, way_m=0.02)
+    assert outcome.verdict == "stood" and outcome.stride_share < 1.0

@@ -1,0 +1,58 @@
+"""Friction and piston areas of the twelve cylinders, as believed, over bins."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.robot.bins import Bins
+from testbed.diagnosis.robot.tolerances import middle
+from testbed.estimation.cylinder import friction_terms
+from testbed.machine.groups import Cylinder
+from testbed.machine.model import Axis, Machine
+from testbed.machine.names import AXES
+
+Array = npt.NDArray[np.float64]
+
+
+def areas(machine: Machine) -> tuple[Array, Array]:
+    """Piston areas (12,) of chambers A and B, m2."""
+    cylinders = [axis.cylinder for axis in machine.axes.values()]
+    whole = np.array([0.25 * np.pi * c.bore_m**2 for c in cylinders])
+    return whole, whole - np.array([0.25 * np.pi * c.rod_m**2 for c in cylinders])
+
+
+def friction(bins: Bins, machine: Machine) -> tuple[Array, Array, Array]:
+    """Dry friction of the sense of sliding, viscous friction with its sign, and half width at rest,
+    (n, 12) each, N.
+    """
+    dry, viscous, spread = (np.zeros((bins.count, len(AXES))) for _ in range(3))
+    for i, axis in enumerate(machine.axes.values()):
+        c, seal = axis.cylinder, axis.seal
+        speed = bins.speed_m_s[:, i]
+        out, back = _dry(c, speed, "out"), _dry(c, speed, "in")
+        extra = seal.pressure_coefficient_m2 * (bins.pressure_a_pa + bins.pressure_b_pa)[:, i]
+        dry[:, i] = np.where(speed >= 0.0, out, back) + extra
+        thin = np.exp(-seal.viscosity_rate_1_k * (bins.oil_degc - seal.viscosity_reference_degc))
+        sigma = np.where(speed >= 0.0, c.viscous_out_n_s_m, c.viscous_in_n_s_m)
+        viscous[:, i] = sigma * thin * speed
+        spread[:, i] = 0.5 * (out + back + 2.0 * extra) * (1.0 - np.abs(bins.direction[:, i]))
+    return dry, viscous, spread
+
+
+def _dry(c: Cylinder, speed: Array, sense: str) -> Array:
+    coulomb, static = getattr(c, f"coulomb_{sense}_n"), getattr(c, f"static_{sense}_n")
+    fading = friction_terms(np.abs(speed), getattr(c, f"stribeck_{sense}_m_s"))[..., 2]
+    return np.asarray(coulomb + static * fading)
+
+
+def side_coefficient(axis: Axis) -> float:
+    """Friction by a newton across the rod, as expected of a cylinder of its kind."""
+    return middle("axes.*.seal.side_load_coefficient", axis.seal.side_load_coefficient)
+
+
+def side_growth(axis: Axis, extension_m: Array, stroke_m: float) -> Array:
+    """(n,) friction by side load at extensions (n,), over that at mid-stroke: a frame that is drawn
+    out overhangs by more.
+    """
+    return np.asarray(1.0 + axis.seal.side_load_growth * (extension_m / stroke_m - 0.5))
