@@ -4,6 +4,7 @@ and what believing it does on another motion of the same machine.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from testbed.diagnosis.robot.diagnose import RobotDiagnosis
     from testbed.diagnosis.robot.groups import Balances
     from testbed.diagnosis.robot.hypotheses import Ledger
+    from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
 VISIBLE = 6.0
@@ -85,15 +87,23 @@ def names_in(said: dict[str, Any]) -> list[str]:
     return [f"{e['name']}@{e['place']}" for e in said["effects"]]
 
 
-def balances_in(run: Run, sound: Balances | None = None) -> Balances:
-    """A run's balances with the shipped machine as what the robot believes; `sound`: those of an
-    earlier run of the same machine.
+def balances_in(run: Run, sound: Run | None = None) -> Balances:
+    """A run's balances with the shipped machine as what the robot believes; `sound`: an earlier run
+    of the same machine, with nothing hidden.
     """
+    from testbed.diagnosis.robot.groups import raw_groups
     from testbed.diagnosis.robot.levels import balances_at_level
+
+    known = None if sound is None else raw_groups(*_measured(sound))[2]
+    return balances_at_level(*_measured(run), {}, known)
+
+
+def _measured(run: Run) -> tuple[Mapping[str, Array], Robot, Array]:
+    """A run's columns, the robot as believed, and its ropes as surveyed (2, 3)."""
     from testbed.workflows.estimate import survey_of
 
     survey = survey_of(run.surveyed, Path("run"))
-    return balances_at_level(run.data, survey.robot(build_machine()), survey.ropes_in_world, {}, sound)
+    return run.data, survey.robot(build_machine()), survey.ropes_in_world
 
 
 def visible(ledger: Ledger, case: Drawn) -> list[str]:

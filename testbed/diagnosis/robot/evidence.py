@@ -63,11 +63,11 @@ class RawGroup:
     lasts, which a recording cannot show to be smaller.
     """
     tolerated: Array
-    """(rows, k) columns of what a sound machine may differ by, each one standard deviation."""
+    """(rows, k) columns of what a sound machine may differ by, each one standard deviation; the
+    same k numbers in every recording of it.
+    """
     rows_of: Callable[[Change], Array]
     """A column of the group: what a change of the believed machine does to its rows."""
-    own: npt.NDArray[np.bool_] | None = None
-    """(k,) which of these columns are this recording's alone; None: they are all the machine's."""
     lasting: Array | None = None
     unknown: tuple[npt.NDArray[np.intp], ...] = ()
     """Labels (rows,) each: rows of one label have a number in common that nobody can know; what is
@@ -93,24 +93,18 @@ class RawGroup:
     def knowing(self, sound: RawGroup) -> RawGroup:
         """The group of a machine of which there is an earlier recording, when it was sound.
 
-        With its own rows y = T w + e, w ~ N(0, 1), that one shows what the tolerances that both
-        share are: w ~ N(m, S), S^-1 = 1 + T' N^-1 T, m = S T' N^-1 y. So this one misses T m less,
-        and its tolerances are those of S.
+        That one's rows y = T w + e, w ~ N(0, 1), show how far the machine lies from its drawing: w
+        ~ N(m, S), S^-1 = 1 + T' N^-1 T, m = S T' N^-1 y. So this one misses its own T m less, and
+        S is all that its tolerances leave.
         """
-        shared, theirs = self._shared, sound._shared
-        of_recording = sound.tolerated[:, ~theirs]
-        noise = SURER * (sound.noise + of_recording @ of_recording.T)
-        white = whiten(sound.missing, {"": sound.tolerated[:, theirs]}, noise)
-        columns = white.columns[""]
-        spread: Array = np.linalg.inv(np.eye(columns.shape[1]) + columns.T @ columns)
-        known = self.tolerated.copy()
-        known[:, shared] = self.tolerated[:, shared] @ np.linalg.cholesky(spread)
-        expected = self.tolerated[:, shared] @ (spread @ (columns.T @ white.missing))
-        return replace(self, missing=self.missing - expected, tolerated=known)
-
-    @property
-    def _shared(self) -> npt.NDArray[np.bool_]:
-        return np.ones(self.tolerated.shape[1], dtype=bool) if self.own is None else ~self.own
+        known = whiten(sound.missing, {"": sound.tolerated}, sound.noise)
+        columns = known.columns[""]
+        left: Array = np.linalg.inv(np.eye(columns.shape[1]) + columns.T @ columns)
+        return replace(
+            self,
+            missing=self.missing - self.tolerated @ (left @ (columns.T @ known.missing)),
+            tolerated=self.tolerated @ np.linalg.cholesky(left),
+        )
 
     def whitened(self, candidates: Mapping[str, Signature]) -> Whitened:
         """Divided by its noise; candidates that it does not show are left out."""
@@ -141,10 +135,6 @@ class RawGroup:
         return out[0], out[1]
 
 
-SURER = 1.0
-"""Variance of the noise of a recording that is learnt from, by what it is held for when it is
-judged: its laws are the model's, not the machine's (E).
-"""
 ROUNDS = 30
 """Means of overlapping labels are taken out in turns, so many times."""
 FREE = 1.0

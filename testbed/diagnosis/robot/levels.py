@@ -38,19 +38,10 @@ def balances_at_level(
     robot: Robot,
     ropes_in_world: Array,
     granted: Mapping[str, Mapping[str, float]],
-    sound: Balances | None = None,
+    sound: Mapping[str, RawGroup] | None = None,
 ) -> Balances:
-    """`groups.balances_of`, divided by the noise that the recording itself shows; `sound`: of an
-    earlier recording of the same machine, when it was sound.
-    """
-    balances = balances_of(data, robot, ropes_in_world, granted)
-    return levelled(balances if sound is None else knowing(balances, sound))
-
-
-def knowing(balances: Balances, sound: Balances) -> Balances:
-    """The balances of a machine whose tolerances an earlier recording has shown."""
-    raw = {key: group.knowing(sound.raw[key]) for key, group in balances.raw.items()}
-    return regrouped(balances, raw)
+    """`groups.balances_of`, divided by the noise that the recording itself shows."""
+    return levelled(balances_of(data, robot, ropes_in_world, granted, sound))
 
 
 def levelled(balances: Balances) -> Balances:
@@ -60,11 +51,6 @@ def levelled(balances: Balances) -> Balances:
     raw = {
         key: group.levelled(level_of(key, group, left[key])) for key, group in balances.raw.items()
     }
-    return regrouped(balances, raw)
-
-
-def regrouped(balances: Balances, raw: Mapping[str, RawGroup]) -> Balances:
-    """The balances with these groups, divided by their noise."""
     groups = {
         key: group.whitened(
             {name: balances.candidates[name].signature for name in balances.groups[key].columns}
