@@ -172,7 +172,8 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     compressed = squeezed / oil.bulk_modulus_pa + oil.entrained_air * by_air
     for k, held in enumerate((valve.holding_a, valve.holding_b)):
         if held != NO_HOLDING:  # shut, it lets nothing out of its chamber
-            edge[:, k] *= ((edge[:, k] @ leaks[k] > 0.0) | (drained[:, k] < 0.0))[:, None]
+            enters = supplied[:, k] + edge[:, k] @ leaks[k] > 0.0
+            edge[:, k] *= (enters | (drained[:, k] < 0.0))[:, None]
     seeps = np.einsum("nce,ce->nc", edge, leaks)
     missing = supplied + drained + seeps + oil.internal_leakage_m3_s_pa * across
     widened = rise * (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)

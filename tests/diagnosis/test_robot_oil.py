@@ -1,0 +1,53 @@
+"""The oil of the robot's cylinders: what goes through the edges that a check valve lets through."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from testbed.diagnosis.robot.bins import Frame, bins_of
+from testbed.diagnosis.robot.oil import Oil, oil_of
+from testbed.machine.build import build_machine
+from testbed.machine.names import AXES
+from testbed.robot.robot import Robot
+
+Array = npt.NDArray[np.float64]
+PRESSURE_A_PA, PRESSURE_B_PA = 3e6, 2e6
+WARM_DEGC = 40.0
+"""At which leakages are declared."""
+
+
+def held_still(command: float) -> Oil:
+    """The first cylinder's oil while its valve is held at `command`, pressures and joints still."""
+    t = np.arange(750) / 250.0
+    data = {"t": t, "supply_pressure": 0 * t + 9e6, "oil_temperature": 0 * t + WARM_DEGC}
+    for axis in AXES:
+        data[f"position_{axis}"] = 0 * t + (0.0 if axis.endswith("rotation") else 0.2)
+        data[f"pressure_a_{axis}"] = 0 * t + PRESSURE_A_PA
+        data[f"pressure_b_{axis}"] = 0 * t + PRESSURE_B_PA
+        data[f"valve_{axis}"] = 0 * t + command
+    for side in ("left", "right"):
+        data[f"rope_tension_{side}"] = 0 * t + 1e4
+    for angle in ("roll", "pitch", "yaw"):
+        data[f"attitude_{angle}"] = 0 * t
+    for way, lift in zip("xyz", (0.0, 0.0, 9.81), strict=True):
+        data[f"specific_force_{way}"] = 0 * t + lift
+        data[f"angular_rate_{way}"] = 0 * t
+    data["ordered_thrust"] = data["ordered_torque"] = 0 * t
+    robot = Robot.of(build_machine())
+    return oil_of(data, bins_of(data, robot), Frame.of(t), robot)[0]
+
+
+def leaving_to_tank(oil: Oil) -> float:
+    """Flow from chamber A to the tank by 1 m3/(s Pa) of leakage of that edge."""
+    return float(np.mean(oil.by_edge_leak[:, 0, 1]))
+
+
+@pytest.mark.parametrize("command", [0.3, -0.3])
+def test_an_edge_leaks_past_a_check_valve_that_feeds_or_is_drawn_open(command: float) -> None:
+    assert leaving_to_tank(held_still(command)) == pytest.approx(PRESSURE_A_PA, rel=0.01)
+
+
+def test_a_shut_check_valve_is_tight() -> None:
+    assert leaving_to_tank(held_still(0.0)) == 0.0
