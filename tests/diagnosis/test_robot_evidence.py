@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal, norm
 
 from testbed.diagnosis.robot.evidence import RawGroup
@@ -51,6 +52,23 @@ def test_evidence_is_the_ratio_of_two_gaussian_densities() -> None:
     exact = multivariate_normal.logpdf(
         missing, zero, sound + np.outer(column, column)
     ) - multivariate_normal.logpdf(missing, zero, sound)
+    assert found.log_factor == pytest.approx(float(exact), rel=1e-8)
+
+
+def test_an_earlier_recording_counts_as_if_both_were_judged_as_one() -> None:
+    rng = np.random.default_rng(2)
+    before, after = group(rng.normal(size=30), 3), group(rng.normal(size=30), 4)
+    found = ledger_of({"forces": after.knowing(before)}, (LEFT,)).hypothesis((LEFT,))
+    tolerated = np.vstack([before.tolerated, after.tolerated])
+    both = block_diag(before.noise, after.noise) + tolerated @ tolerated.T
+    column = by_name("sensor.gain_a").spread("gain_error") * after.rows_of(
+        Change(force={2: np.ones(1)})
+    )
+    later = np.concatenate([np.zeros(30), column])  # the earlier one is without the effect
+    missing = np.concatenate([before.missing, after.missing])
+    exact = multivariate_normal.logpdf(
+        missing, np.zeros(60), both + np.outer(later, later)
+    ) - multivariate_normal.logpdf(missing, np.zeros(60), both)
     assert found.log_factor == pytest.approx(float(exact), rel=1e-8)
 
 

@@ -5,7 +5,7 @@ in it.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -69,10 +69,13 @@ class Drawn:
         """Where it stands, the same machine moved otherwise; the seed of noise is another."""
         return self._loaded("stand", overrides, AGAIN)
 
-    def before(self) -> Scenario:
-        """A walk of the same machine at the same place while nothing was hidden in it yet."""
+    def before(self) -> Iterator[Scenario]:
+        """The same machine at the same place while nothing was hidden in it yet: it walks, or
+        sways where control refuses to walk.
+        """
         still_sound = replace(self, hidden=(), overrides=self.overrides[:-1])
-        return still_sound._loaded("walk", _task("walk", self.seed), BEFORE)
+        for motion in ("walk", "stand"):
+            yield still_sound._loaded(motion, _task(motion, self.seed), BEFORE)
 
     def _loaded(self, motion: str, own: Sequence[str], later: int = 0) -> Scenario:
         overrides = [*self.overrides, *own]

@@ -184,7 +184,9 @@ def tolerated(seen: RobotSeen, machine: Machine, biased: bool = True) -> Iterato
     for i in range(len(AXES)):
         for area in (seen.area_a_m2[i], seen.area_b_m2[i]):
             yield Tolerated(
-                Change(force={i: np.ones(seen.bins)}), abs(float(thermal * warm * area)), passing=True
+                Change(force={i: np.ones(seen.bins)}),
+                abs(float(thermal * warm * area)),
+                passing=True,
             )
 
 
@@ -194,7 +196,9 @@ def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:
     """
     piston = _piston(seen)
     stuck = (1.0 - np.abs(seen.direction)) * (piston - piston.mean(axis=0))
-    yield Tolerated(Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE, passing=True)
+    yield Tolerated(
+        Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE, passing=True
+    )
     for i in range(len(AXES)):
         yield Tolerated(Change(force={i: stuck[:, i]}), HELD_EACH, passing=True)
     at_rest = 1.0 - np.abs(seen.direction)

@@ -22,8 +22,10 @@ from testbed.effects import kind_of
 Array = npt.NDArray[np.float64]
 SEEDS = 8
 """So many of the best single effects are tried with every other one."""
-PARTS = 4
-"""Of so many parts of a recording each must be foretold from the others."""
+PARTS, PIECE_S = 4, 2.0
+"""Of so many parts of a recording each must be foretold from the others; the parts take turns in
+pieces of this length, so that each of them has a bit of all that moved.
+"""
 KEPT = 60
 """Of all hypotheses so many of the best are told."""
 
@@ -172,8 +174,8 @@ class Ledger:
 
 
 def _parts(time_s: Array) -> npt.NDArray[np.intp]:
-    """Which part of the recording rows at these times (rows,) are in, as many rows in each."""
-    return np.searchsorted(np.quantile(time_s, np.arange(1, PARTS) / PARTS), time_s)
+    """Which part of the recording rows at these times (rows,) are in."""
+    return np.asarray((time_s - time_s.min()) // PIECE_S % PARTS, dtype=np.intp)
 
 
 def log_twice_above(sure: float) -> float:
