@@ -58,6 +58,7 @@ class RawGroup:
     missing: Array
     """(rows,)"""
     time_s: Array
+    """(rows,); rows further apart than PIECE_S can foretell each other."""
     noise: Array
     """(rows, rows) covariance of what nobody knows in any machine; `lasting`: the part of it that
     lasts, which a recording cannot show to be smaller.
@@ -135,6 +136,8 @@ class RawGroup:
         return out[0], out[1]
 
 
+PIECE_S = 2.0
+"""A recording is cut into pieces of this length, where one part of it is to foretell another."""
 ROUNDS = 30
 """Means of overlapping labels are taken out in turns, so many times."""
 FREE = 1.0

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from testbed.diagnosis.robot.evidence import PIECE_S
 from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances
 from testbed.diagnosis.robot.unexplained import is_unexplained
 from testbed.effects import kind_of
@@ -22,9 +23,9 @@ from testbed.effects import kind_of
 Array = npt.NDArray[np.float64]
 SEEDS = 8
 """So many of the best single effects are tried with every other one."""
-PARTS, PIECE_S = 4, 2.0
-"""Of so many parts of a recording each must be foretold from the others; the parts take turns in
-pieces of this length, so that each of them has a bit of all that moved.
+PARTS = 4
+"""Of so many parts of a recording each must be foretold from the others; they take turns, piece by
+piece, so that each of them has a bit of all that moved.
 """
 KEPT = 60
 """Of all hypotheses so many of the best are told."""
