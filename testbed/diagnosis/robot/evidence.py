@@ -100,7 +100,7 @@ class RawGroup:
         """
         known = whiten(sound.missing, {"": sound.tolerated}, sound.noise)
         columns = known.columns[""]
-        left: Array = np.linalg.inv(np.eye(columns.shape[1]) + columns.T @ columns)
+        left = np.linalg.inv(np.eye(columns.shape[1]) + columns.T @ columns)
         return replace(
             self,
             missing=self.missing - self.tolerated @ (left @ (columns.T @ known.missing)),
