@@ -171,7 +171,8 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
 
     What stands above a run builds its own through the same function: the reader of recordings from
     what they declare, the command line, what looks at the folder of a machine, benchmarks, the
-    writer of the shipped URDF, and what compiles the contacts on some machine before the first run.
+    environments for their ranges, the writer of the shipped URDF, and what compiles the contacts on
+    some machine before the first run.
     """
     builders = {name for name in _callers("build_machine") if not name.startswith("benchmarks/")}
     assert builders == {
@@ -191,6 +192,7 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
         "simulation/replay.py",
         "simulation/runs.py",
         "report/scene3d.py",
+        "envs/base.py",
     }
     readers = {
         p.relative_to(PACKAGE).as_posix() for p in FILES if "read_quantities(" in p.read_text()

@@ -157,6 +157,9 @@ def machines(
         int,
         typer.Option(min=0, help="Machines on which each idea of the estimate is left out too."),
     ] = 8,
+    machine: Annotated[
+        str, typer.Option(help="Which they are drawn from: roboclimber, climber_8t, quarter_model.")
+    ] = "roboclimber",
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
@@ -165,7 +168,9 @@ def machines(
     """
     from testbed.benchmarks.machines.benchmark import DrawnMachines
 
-    benchmark = DrawnMachines(machines, first_seed, WORKSHOP, commission, recordings, ideas)
+    benchmark = DrawnMachines(
+        machines, first_seed, WORKSHOP, commission, recordings, ideas, machine
+    )
     show(benchmark, out, jobs, json)
 
 

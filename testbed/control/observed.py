@@ -4,7 +4,11 @@ to 1.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -20,3 +24,13 @@ class Observed:
     frame: str
     low: float
     high: float
+
+    def times(self, factor: float) -> Observed:
+        """The same row with a range so many times as large."""
+        return replace(self, low=factor * self.low, high=factor * self.high)
+
+
+def amounts(shares: NDArray[np.float64], table: Sequence[Observed]) -> NDArray[np.float64]:
+    """What numbers (n,) in [-1, 1], one a row, mean in the rows' units."""
+    low, high = (np.array([getattr(row, end) for row in table]) for end in ("low", "high"))
+    return np.asarray((high + low) / 2.0 + shares * (high - low) / 2.0)

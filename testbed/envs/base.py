@@ -9,6 +9,7 @@ reward and in `info` alone.
 from __future__ import annotations
 
 import copy
+import math
 import os
 import sys
 from collections.abc import Mapping
@@ -21,12 +22,13 @@ from numpy.typing import NDArray
 
 from testbed.control.gait import Layered
 from testbed.control.layers.trim import Trim
-from testbed.control.observed import Observed
+from testbed.control.observed import Observed, amounts
 from testbed.envs.increments import INCREMENTS, increase, increased
-from testbed.envs.observations import TABLE, Observer, check_size, in_units
+from testbed.envs.observations import TABLE, Observer, fitted, in_units
 from testbed.envs.randomisation import draw_overrides, named_set
 from testbed.envs.rewards import (
     HOLDING,
+    LOST_N,
     Term,
     Truth,
     body_position,
@@ -35,7 +37,9 @@ from testbed.envs.rewards import (
     truth_of_step,
 )
 from testbed.errors import InputError
+from testbed.machine.model import Machine
 from testbed.recording.rows import DataRow, TruthRow
+from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
 
 if TYPE_CHECKING:
@@ -66,7 +70,8 @@ class Saved:
 
 
 class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
-    """One scenario as an environment. All keyword arguments are plain JSON values.
+    """One scenario as an environment, on whatever machine the scenario has: ranges and rewards are
+    of its size. All keyword arguments are plain JSON values.
 
     scenario: file or shipped name; overrides: `a.b=c` changes of it; duration_s: simulated time of
     an episode, None for the scenario's; randomisation: name of a set in randomisation.yaml or a
@@ -76,9 +81,11 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     """
 
     table: tuple[Observed, ...] = TABLE
-    """The observation, index by index."""
+    """The observation, index by index: of the class with ROBOCLIMBER's ranges, of an environment
+    with its machine's.
+    """
     actions: tuple[Observed, ...] = INCREMENTS
-    """The action, index by index."""
+    """The action, likewise."""
     terms: tuple[Term, ...] = HOLDING
     """What the reward is the sum of; a step's share of each is in its `info["reward_terms"]`."""
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 50}  # noqa: RUF012 (gymnasium's own form)
@@ -115,13 +122,15 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             list(overrides or ()),
             duration_s,
         )
-        self._randomisation = named_set(randomisation)
         self._step_s = step_ms / 1000.0
-        self._weights = term_weights(self.terms, weights or {})
         self._by_name = observations == "dict"
-        load_scenario(
-            scenario, self._overrides, duration=duration_s
-        )  # a wrong argument is said now, not in reset
+        loaded = load_scenario(scenario, self._overrides, duration=duration_s)
+        believed = machines_of(loaded).belief
+        self.scale = believed.scale
+        """The machine's size, with which ranges and rewards go."""
+        self.table, self.actions = self._fitted(believed)
+        self._randomisation = named_set(randomisation, self.scale)
+        self._weights = term_weights(self.terms, weights or {}, self.scale)
         self.observation_space: gymnasium.Space[Any] = self._space()
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.actions),), np.float32)
         self._sim: Any = None
@@ -132,6 +141,10 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         """What the last step or reset has told."""
         self._start: Saved | None = None
         """Where the last draw began."""
+
+    def _fitted(self, machine: Machine) -> tuple[tuple[Observed, ...], tuple[Observed, ...]]:
+        """The tables of observation and action with a machine's ranges."""
+        return fitted(type(self).table, machine), fitted(type(self).actions, machine)
 
     def _space(self) -> gymnasium.Space[Any]:
         box = gymnasium.spaces.Box
@@ -217,11 +230,19 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         from testbed.world.simulation import Simulation
 
         self.close()
-        extra = [*self._overrides, *draw_overrides(self._randomisation, self.np_random), *further]
+        drawn = draw_overrides(self._randomisation, self.np_random, self.scale)
+        extra = [*self._overrides, *drawn, *further]
         run_seed = int(self.np_random.integers(2**32))
         spec = load_scenario(self._scenario, extra, seed=run_seed, duration=self._duration_s)
         self._sim = sim = Simulation(spec, gui=self.render_mode == "human" and _has_display())
-        check_size(sim.machines.belief)
+        believed = sim.machines.belief
+        if self._fitted(believed) != (self.table, self.actions):
+            raise InputError(
+                "is another machine than the environment's",
+                field="machine",
+                value=f"{believed.total_mass_kg:.4g} kg",
+                allowed="an environment of its own, for its own ranges",
+            )
         self._begin(spec)
         self._observer = Observer(sim.data_columns, self.table)
         self._rows = round(self._step_s * spec.rates.record_hz)
@@ -286,13 +307,23 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             self._sim.close()
             self._sim = None
 
+    @property
+    def over(self) -> bool:
+        """Whether the episode has ended."""
+        return self._ended
+
+    @property
+    def next_s(self) -> float:
+        """When the next step will be over, simulated time."""
+        return float(self._sim.t_s) + self._step_s
+
     # ---- what a task may change ------------------------------------------------------------------
 
     def _begin(self, spec: Scenario) -> None:
         """Lay the agent's orders over the task's gait."""
         self._friction = spec.terrain.friction
         machine = self._sim.machine
-        self._trim = Trim()
+        self._trim = Trim(self.scale)
         machine.gait = Layered(machine.gait, (self._trim,))
 
     def _settle(self) -> tuple[Array, Array]:
@@ -306,7 +337,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     def _order(self, action: Array) -> None:
         """Take an action in [-1, 1] over into set points."""
-        increase(self._trim, action)
+        increase(self._trim, amounts(action, self.actions), self._sim.machines.belief)
 
     def _run(self) -> tuple[Array, Array]:
         """Let a step's time go by: its rows."""
@@ -325,6 +356,11 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     def _amounts(self, truth: Truth, action: Array, ended: bool) -> dict[str, float]:
         """How much of each of the reward's terms this step has, in the term's unit."""
         return holding_amounts(truth, action, ended)
+
+    @property
+    def most_left(self) -> float:
+        """The most that the rest of the episode can pay; infinite where nobody knows."""
+        return math.inf
 
     def action_masks(self) -> NDArray[np.bool_]:
         """(len(actions),) which rows of an action have an effect in the next step; in
@@ -351,7 +387,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         before = rows if self._last is None else TruthRow.from_table(self._last[1])
         self._last = data[-1:], truth[-1:]
         stance = DataRow.from_table(data[-1:])["carrying"][0] == 1.0
-        return truth_of_step(rows, self._friction, stance, body_position(before[0]))
+        lost_n = self.scale.times("N") * LOST_N
+        return truth_of_step(rows, self._friction, stance, body_position(before[0]), lost_n)
 
     def _info(self, truth: Truth, data: Array) -> dict[str, Any]:
         return {

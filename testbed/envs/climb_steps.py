@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.walk_plan import Stride
+from testbed.control.observed import amounts
 from testbed.envs.base import RoboclimberEnv
 from testbed.envs.increments import action_rows
 from testbed.envs.observations import CLIMB_TABLE
@@ -87,11 +88,13 @@ class ClimbStepsEnv(RoboclimberEnv):
         return float((machine.origin_in_world() - machine.start_base) @ up)
 
     def _order(self, action: Array) -> None:
+        length_m, height_m, haste = (float(more) for more in amounts(action, self.actions))
+        least = self.scale.length
         self._stride = Stride(
-            max(self._task.step_length_m + STRIDE_M * float(action[0]), LEAST_STRIDE_M),
-            max(self._task.swing_height_m + HEIGHT_M * float(action[1]), LEAST_HEIGHT_M),
+            max(self._task.step_length_m + length_m, least * LEAST_STRIDE_M),
+            max(self._task.swing_height_m + height_m, least * LEAST_HEIGHT_M),
         )
-        self._haste = 1.0 + HASTE * float(action[2])
+        self._haste = 1.0 + haste
         self._gait.choose(self._stride, self._haste)
 
     def _run(self) -> tuple[Array, Array]:

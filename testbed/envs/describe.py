@@ -37,8 +37,13 @@ effect in the next step. An episode ends (terminated) when the robot falls, slid
 is cut off (truncated) at the scenario's end. Same seed, same bits. `render_mode`: `rgb_array`, `human`. Vectors:
 `gymnasium.make_vec(id, n, vectorization_mode="async")`, autoreset in the next or in the same step. A reset draws a
 machine; `reset(options={"same_machine": True})` begins again on the last one with other noise, a thirtieth of the work.
-`env.unwrapped.save()` and `restore(saved)` go back to any instant of the episode, to the last bit. Ranges are newtons and
-metres of ROBOCLIMBER: a scenario on a machine of less than half or more than twice its weight is refused.
+`env.unwrapped.save()` and `restore(saved)` go back to any instant of the episode, to the last bit.
+
+A scenario brings its own [machine](guides/own_machine.md). The ranges and rewards below are ROBOCLIMBER's; those of
+another machine follow from it: joints by how far they go, pressures by its transducers' range, all else by its size and
+the row's unit (Froude's law), so that the same share of the range means the same. `env.unwrapped.table`, `actions` and
+`scale` say them. A named set of what varies is drawn at the machine's size, a mapping of your own as it is written. A
+machine without ropes or drill has no environment whose task needs them.
 """
 
 
@@ -54,7 +59,7 @@ def page() -> str:
             _actions(env.actions),
             _terms(env.terms),
         ]
-        same = env.table is TABLE and name != next(iter(ENVIRONMENTS))
+        same = type(env).table is TABLE and name != next(iter(ENVIRONMENTS))
         parts.append(
             "Observation: that of the first environment.\n"
             if same

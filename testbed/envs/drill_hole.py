@@ -17,7 +17,7 @@ from testbed.control.distribution.controllers import distribution
 from testbed.control.distribution.corrected import PULL_N, SHARE_N, Corrected
 from testbed.control.gait import Layered
 from testbed.control.layers.orders import Orders
-from testbed.control.observed import Observed
+from testbed.control.observed import Observed, amounts
 from testbed.envs.base import RoboclimberEnv
 from testbed.envs.increments import action_rows
 from testbed.envs.observations import HOLE_TABLE
@@ -122,8 +122,8 @@ class DrillHoleEnv(RoboclimberEnv):
         return float(row["rods_in_hole"]) / self._task.rod_kg * self._task.rod_length_m
 
     def _order(self, action: Array) -> None:
-        self._orders.feed_n = FEED_N + FEED_RANGE_N * float(action[0])
-        self._orders.hammer = 0.5 * (1.0 + float(action[1]))
+        feed_n, hammer, *_ = amounts(action, self.actions)
+        self._orders.feed_n, self._orders.hammer = float(feed_n), float(hammer)
         self._diagonal = float(action[4])
         self._sharing.order(np.concatenate([self._diagonal * DIAGONAL, action[2:4]]))
 
@@ -136,7 +136,7 @@ class DrillHoleEnv(RoboclimberEnv):
         return {
             "orders.feed": feed,
             "orders.hammer": self._orders.hammer,
-            "orders.diagonal": SHARE_N * self._diagonal,
+            "orders.diagonal": self.scale.times("N") * SHARE_N * self._diagonal,
             "control.bit_rate": self._rate_m_s,
             "control.drilling": float(drill.phase in AT_WORK),
             "control.jammed": float(drill.phase == "jam"),

@@ -44,8 +44,9 @@ class ForceDistributionEnv(RoboclimberEnv):
         machine = self._sim.machine
         self._friction = spec.terrain.friction
         self._sharing = Corrected()
-        self._trim = Trim()
-        self._trim.goal_m = self.np_random.normal(0.0, FOOTING_SD_M, len(LEGS))
+        self._trim = Trim(self.scale)
+        footing_sd_m = self.scale.length * FOOTING_SD_M
+        self._trim.goal_m = self.np_random.normal(0.0, footing_sd_m, len(LEGS))
         machine.gait = Layered(machine.gait, (self._trim,))
         ropes = (
             machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world

@@ -9,16 +9,15 @@ from numpy.typing import NDArray
 
 from testbed.control.layers.trim import Trim
 from testbed.control.observed import Observed
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS, SIDES
 
 OFFSET_STEP_M = 1.0e-4
-"""Increment of a vertical set point for an action of 1: one encoder count a step."""
+"""Increment of a vertical set point of ROBOCLIMBER for an action of 1: one encoder count a step."""
 OFFSET_RANGE_M = 0.02
-"""Furthest that an agent may move a vertical set point."""
+"""Furthest that an agent may move a vertical set point of ROBOCLIMBER."""
 PULL_STEP_N = 200.0
-"""Increment of a wanted rope pull for an action of 1."""
-PULL_RANGE_N = 3.14e4
-"""Rating of a traction device (D)."""
+"""Increment of a wanted pull of ROBOCLIMBER's ropes for an action of 1."""
 
 
 def action_rows(
@@ -34,16 +33,17 @@ INCREMENTS = (
     *action_rows("vertical set point of {}, increment", LEGS, "m", "joint", OFFSET_STEP_M),
     *action_rows("wanted pull of the {} rope, increment", SIDES, "N", "along it", PULL_STEP_N),
 )
-"""The action, index by index."""
+"""The action of ROBOCLIMBER, index by index."""
 
 
-def increase(trim: Trim, action: NDArray[np.float64]) -> None:
-    """Add an action (6,) in [-1, 1] to a trim whose wanted pulls are known, within the ranges."""
+def increase(trim: Trim, by: NDArray[np.float64], machine: Machine) -> None:
+    """Add increments (6,), m and N, to a trim whose wanted pulls are known: set points within their
+    range, pulls within the rating of the traction devices.
+    """
     assert trim.pull_n is not None
-    goal = trim.goal_m + OFFSET_STEP_M * action[: len(LEGS)]
-    trim.goal_m = np.clip(goal, -OFFSET_RANGE_M, OFFSET_RANGE_M)
-    pull = trim.pull_n + PULL_STEP_N * action[len(LEGS) :]
-    trim.pull_n = np.clip(pull, 0.0, PULL_RANGE_N)
+    furthest_m = machine.scale.length * OFFSET_RANGE_M
+    trim.goal_m = np.clip(trim.goal_m + by[: len(LEGS)], -furthest_m, furthest_m)
+    trim.pull_n = np.clip(trim.pull_n + by[len(LEGS) :], 0.0, machine.traction.rating_n)
 
 
 def increased(trim: Trim) -> dict[str, float]:

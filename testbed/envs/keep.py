@@ -20,6 +20,7 @@ from testbed.control.gait import Layered
 from testbed.control.layers.orders import Orders
 from testbed.control.layers.shift import SHIFT_SPEED_M_S, Shift
 from testbed.control.layers.trim import OFFSET_SPEED_M_S, Trim
+from testbed.control.observed import amounts
 from testbed.envs.base import RoboclimberEnv
 from testbed.envs.increments import OFFSET_RANGE_M, action_rows
 from testbed.envs.observations import KEEP_TABLE
@@ -72,6 +73,10 @@ class KeepEnv(RoboclimberEnv):
     )
     terms = (HELD,)
 
+    @property
+    def _paid_to_m(self) -> float:
+        return self.scale.length * SLIP_M
+
     def _begin(self, spec: Scenario) -> None:
         self._friction = spec.terrain.friction
         self.fault_s = min((event.at_s for event in spec.events), default=0.0)
@@ -79,8 +84,8 @@ class KeepEnv(RoboclimberEnv):
         self._shifted_m = 0.0
         self._slip_m = self._slipped_s = 0.0
         machine = self._sim.machine
-        self._trim, self._orders = Trim(), Orders()
-        self._shift = Shift(machine.belief.model)
+        self._trim, self._orders = Trim(self.scale), Orders()
+        self._shift = Shift(machine.belief.model, self.scale)
         machine.gait = Layered(machine.gait, (self._trim, self._shift, self._orders))
 
     def _settle(self) -> tuple[Array, Array]:
@@ -89,14 +94,16 @@ class KeepEnv(RoboclimberEnv):
         return data, truth
 
     def _order(self, action: Array) -> None:
-        ropes, raised, shifted = np.split(action, [len(SIDES), len(SIDES) + 2])
-        self._orders.rope_rates_m_s = -HAUL_M_S * ropes
-        self._hauled = self._hauled + HAUL_M_S * ropes * self._step_s
-        raised_m = self._raised_m + RAISE_M_S * raised * self._step_s
-        self._raised_m = np.clip(raised_m, -OFFSET_RANGE_M, OFFSET_RANGE_M)
+        speeds = amounts(action, self.actions)
+        ropes, raised, shifted = np.split(speeds, [len(SIDES), len(SIDES) + 2])
+        self._orders.rope_rates_m_s = -ropes
+        self._hauled = self._hauled + ropes * self._step_s
+        furthest_m = self.scale.length * np.array([OFFSET_RANGE_M, SHIFT_RANGE_M])
+        raised_m = self._raised_m + raised * self._step_s
+        self._raised_m = np.clip(raised_m, -furthest_m[0], furthest_m[0])
         self._trim.goal_m = self._raised_m @ np.array([DIAGONAL, FRONT])
-        shifted_m = self._shifted_m + SHIFT_SPEED_M_S * float(shifted[0]) * self._step_s
-        self._shifted_m = min(max(shifted_m, -SHIFT_RANGE_M), SHIFT_RANGE_M)
+        shifted_m = self._shifted_m + float(shifted[0]) * self._step_s
+        self._shifted_m = min(max(shifted_m, -furthest_m[1]), furthest_m[1])
         self._shift.goal_m = np.array([self._shifted_m, 0.0])
 
     def _ordered(self) -> dict[str, float]:
@@ -115,11 +122,17 @@ class KeepEnv(RoboclimberEnv):
     def _amounts(self, truth: Truth, action: Array, ended: bool) -> dict[str, float]:
         del truth, action
         t_s, slip = self._sim.t_s, float(self._sim.machine.judge.slip_m)
-        if slip > self._slip_m + MOVED_M:
+        if slip > self._slip_m + self.scale.length * MOVED_M:
             self._slipped_s = t_s
         self._slip_m = slip
         since = min(max(t_s - self.fault_s, 0.0), self._step_s)
-        return {"held": 0.0 if ended else since * max(0.0, 1.0 - slip / SLIP_M)}
+        return {"held": 0.0 if ended else since * max(0.0, 1.0 - slip / self._paid_to_m)}
+
+    @property
+    def most_left(self) -> float:
+        """See the base class: from here on no foot slips any further."""
+        left_s = float(self._sim.scenario.duration_s - max(self._sim.t_s, self.fault_s))
+        return max(left_s, 0.0) * max(0.0, 1.0 - self._slip_m / SLIP_M)
 
     def action_masks(self) -> NDArray[np.bool_]:
         """See the base class: a rope that is not there cannot be hauled."""
@@ -131,7 +144,7 @@ class KeepEnv(RoboclimberEnv):
         return {
             **super()._info(truth, data),
             "slip_m": slip,
-            "held": bool(slip <= HELD_M and self._sim.verdict == "stood"),
+            "held": bool(slip <= self.scale.length * HELD_M and self._sim.verdict == "stood"),
             "fault_s": self.fault_s,
             "caught_s": max(self._slipped_s - self.fault_s, 0.0),
         }

@@ -3,7 +3,7 @@
 An observation is the vector of all rows, each mapped from [low, high] to [-1, 1] and clipped there.
 Everything in it is a measurement, an estimate or an order of control itself, never a truth of the
 world. Rows that a run records take name, unit and meaning from where the recording declares them
-(recording/rows.py).
+(recording/rows.py). The tables have ROBOCLIMBER's ranges; `fitted` gives them another machine's.
 """
 
 from __future__ import annotations
@@ -16,10 +16,8 @@ from numpy.typing import NDArray
 
 from testbed.control.distribution.corrected import VIEW
 from testbed.control.observed import Observed
-from testbed.errors import InputError
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.machine.scale import ROBOCLIMBER_KG
 from testbed.recording.rows import DataRow
 
 Array = NDArray[np.float64]
@@ -27,16 +25,16 @@ COLUMNS = {column.name: column for column in DataRow.columns()}
 """What a run records, by name."""
 OWN = ("orders.", "control.")
 """Rows under these names are control's own; all others are columns of the run's data."""
-FORCE_SCALES = (0.5, 2.0)
-"""Weights beside ROBOCLIMBER's of the machines that its ranges still fit (E)."""
 PRESSURE_PA = (0.0, 1.0e7)
-"""Range of a pressure."""
+"""Range of a pressure: that of ROBOCLIMBER's transducers."""
 LOAD_N = (-2.0e3, 4.0e4)
 """Range of a foot load."""
 PULL_N = (0.0, 5.0e4)
 """Range of a rope's tension."""
 JOINTS = {"rotation": (-0.62, 0.62), "radial": (0.0, 0.4), "vertical": (0.0, 0.5)}
 """Range of each kind of joint, rad or m."""
+REACH = {"rotation": math.radians(35.0), "radial": 0.4, "vertical": 0.5}
+"""How far each kind of joint of ROBOCLIMBER goes, rad or m."""
 ALONG_VERTICAL = "vertical joint, + ground pushes the foot up"
 """Frame of the foot loads."""
 
@@ -203,6 +201,23 @@ def in_units(
     }
 
 
+def fitted(table: Sequence[Observed], machine: Machine) -> tuple[Observed, ...]:
+    """The rows with the ranges of a machine: joints by how far they go, pressures by its
+    transducers, all else by its size and the row's unit.
+    """
+    return tuple(row.times(_larger(row, machine)) for row in table)
+
+
+def _larger(row: Observed, machine: Machine) -> float:
+    """How many times as large the row's range is on this machine; exactly 1 on ROBOCLIMBER."""
+    axis = machine.axes.get(row.column.removeprefix("position_"))
+    if axis is not None:
+        return max(map(abs, axis.limits.ends)) / REACH[axis.joint]
+    if row.unit == "Pa":
+        return machine.sensor.pressure_range_pa / PRESSURE_PA[1]
+    return machine.scale.times(row.unit)
+
+
 def as_markdown(table: Sequence[Observed] = TABLE) -> str:
     """The table as markdown: index, name, meaning, unit, frame, low, high."""
     lines = [
@@ -214,17 +229,3 @@ def as_markdown(table: Sequence[Observed] = TABLE) -> str:
         for index, row in enumerate(table)
     ]
     return "\n".join(lines)
-
-
-def check_size(machine: Machine) -> None:
-    """Refuse a machine so much smaller or larger than ROBOCLIMBER that the ranges of actions and
-    observations, newtons and metres of ROBOCLIMBER, would say little of it. Raises InputError.
-    """
-    low, high = FORCE_SCALES
-    if not low <= machine.scale.force <= high:
-        raise InputError(
-            "is of another size than the ranges of the environments",
-            field="machine",
-            value=f"{machine.total_mass_kg:.4g} kg",
-            allowed=f"{low * ROBOCLIMBER_KG:g} to {high * ROBOCLIMBER_KG:g} kg",
-        )

@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 
 from testbed.effects import by_name
+from testbed.effects.base import ParameterSpec
 from testbed.errors import InputError
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.names import LEGS, SIDES
+from testbed.machine.scale import ROBOCLIMBER, Scale
 
 FILE = Path(__file__).with_name("randomisation.yaml")
 FORMAT = "roboclimber-randomisation/1"
@@ -30,8 +32,14 @@ def sets() -> dict[str, dict[str, Any]]:
     return {name: dict(chosen) for name, chosen in data["sets"].items()}
 
 
-def named_set(chosen: str | Mapping[str, Any] | None) -> dict[str, Any]:
-    """A set by name, or a mapping checked to be one; None is the empty set. Raises InputError."""
+UNITS = {"kg": "kg", "n": "N", "m": "m", "hz": "Hz"}
+"""What the name of a value that grows with the machine ends in, and its unit."""
+
+
+def named_set(chosen: str | Mapping[str, Any] | None, scale: Scale = ROBOCLIMBER) -> dict[str, Any]:
+    """A set by name, for a machine of this size; or a mapping checked to be one, as it is; None is
+    the empty set. Raises InputError.
+    """
     if chosen is None:
         return {}
     if isinstance(chosen, str):
@@ -39,23 +47,34 @@ def named_set(chosen: str | Mapping[str, Any] | None) -> dict[str, Any]:
             raise InputError(
                 "no such set", field="randomisation", value=chosen, allowed=", ".join(sets())
             )
-        return sets()[chosen]
+        return {path: _grown(path, how, scale) for path, how in sets()[chosen].items()}
     for path, how in chosen.items():
         _checked(path, how)
     return dict(chosen)
 
 
-def draw_overrides(chosen: Mapping[str, Any], rng: np.random.Generator) -> list[str]:
+def _grown(path: str, how: Mapping[str, Any], scale: Scale) -> Mapping[str, Any]:
+    """How a value of a shipped set is drawn for a machine of this size."""
+    times = scale.times(UNITS.get(path.rpartition("_")[2], "1"))
+    return {
+        name: [times * number for number in numbers] if times != 1.0 else numbers
+        for name, numbers in how.items()
+    }
+
+
+def draw_overrides(
+    chosen: Mapping[str, Any], rng: np.random.Generator, scale: Scale = ROBOCLIMBER
+) -> list[str]:
     """One draw of a set as changes `a.b=c` of a scenario, in the set's order (so the numbers are
-    the seed's).
+    the seed's). Sizes of effects and faults are those of a machine of this size.
     """
     drawn = []
     for path, how in chosen.items():
         if path == "faults":
-            events, patches = _faults(how, rng)
+            events, patches = _faults(how, rng, scale)
             drawn += [f"events={json.dumps(events)}", f"terrain.patches={json.dumps(patches)}"]
             continue
-        value = _undeclared(how, rng) if path == "undeclared" else _draw(path, how, rng)
+        value = _undeclared(how, rng, scale) if path == "undeclared" else _draw(path, how, rng)
         drawn.append(f"{path}={json.dumps(value)}")
     return drawn
 
@@ -71,7 +90,9 @@ def _draw(path: str, how: Mapping[str, Any], rng: np.random.Generator) -> Any:
     return how["one_of"][int(rng.integers(len(how["one_of"])))]
 
 
-def _undeclared(how: Mapping[str, Any], rng: np.random.Generator) -> list[dict[str, Any]]:
+def _undeclared(
+    how: Mapping[str, Any], rng: np.random.Generator, scale: Scale
+) -> list[dict[str, Any]]:
     """At most one effect. The same count of random numbers is taken whether there is one or not."""
     _checked("undeclared", how)
     chance, which, where, size = rng.random(4)
@@ -80,12 +101,12 @@ def _undeclared(how: Mapping[str, Any], rng: np.random.Generator) -> list[dict[s
     effect = by_name(how["effects"][int(which * len(how["effects"]))])
     first = effect.parameters[0]
     values = {
-        parameter.name: float(np.mean(parameter.prior))
+        parameter.name: _times(parameter, scale) * float(np.mean(parameter.prior))
         for parameter in effect.parameters
         if parameter.default is None
     }
     low, high = first.prior
-    values[first.name] = float(low + size * (high - low))
+    values[first.name] = _times(first, scale) * float(low + size * (high - low))
     return [
         {
             "effect": effect.name,
@@ -95,8 +116,12 @@ def _undeclared(how: Mapping[str, Any], rng: np.random.Generator) -> list[dict[s
     ]
 
 
+def _times(parameter: ParameterSpec, scale: Scale) -> float:
+    return scale.times(parameter.unit.rpartition(" or ")[2])
+
+
 def _faults(
-    how: Mapping[str, Any], rng: np.random.Generator
+    how: Mapping[str, Any], rng: np.random.Generator, scale: Scale
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Events and patches of one or two faults; the same count of random numbers is taken for any of
     them.
@@ -114,7 +139,8 @@ def _faults(
         if kind == "cut_rope":
             events.append({"kind": kind, "at_s": at_s, "rope": side})
         elif kind == "set_rope":
-            slipped = {"pay_out_m": 0.03 + 0.07 * size, "duration_s": 1.0}
+            pay_out_m = scale.times("m") * (0.03 + 0.07 * size)
+            slipped = {"pay_out_m": pay_out_m, "duration_s": 1.0}
             events.append({"kind": kind, "at_s": at_s, "rope": side, **slipped})
         else:
             patches.append({"foot": leg, "friction": 0.03 + 0.12 * size})

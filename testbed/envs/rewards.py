@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.errors import InputError
+from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.recording.rows import XYZ
 
 Array = NDArray[np.float64]
 LOST_N = 200.0
-"""A foot that is meant to carry and has less true normal load than this is lost (E)."""
+"""A foot of ROBOCLIMBER that is meant to carry and has less true normal load is lost (E)."""
 
 
 @dataclass(frozen=True)
@@ -40,21 +41,26 @@ class Truth:
 
 
 def truth_of_step(
-    truth: NDArray[Any], friction: float, stance: NDArray[np.bool_], before: Array
+    truth: NDArray[Any],
+    friction: float,
+    stance: NDArray[np.bool_],
+    before: Array,
+    lost_n: float = LOST_N,
 ) -> Truth:
     """Sum up the truth rows (n, TruthRow) of a step for the feet (4) in stance.
 
-    `before`: the body's position (3) at the end of the step before, m.
+    `before`: the body's position (3) at the end of the step before, m; `lost_n`: a foot with less
+    normal load is lost.
     """
     normal = np.ascontiguousarray(truth["contact_normal"])
     force = truth["foot_force_in_world"].reshape(len(truth), -1)
     lowest, use = np.full(normal.shape[1], np.inf), np.zeros(len(truth))
-    feet_of_rows(force, normal, friction, stance, lowest, use)
+    feet_of_rows(force, normal, (friction, lost_n), stance, lowest, use)
     way = body_position(truth[-1]) - before
     return Truth(
         lowest_normal_n=float(lowest.min()) if stance.any() else 0.0,
         friction_use=float(use.mean()),
-        feet_lost=int((lowest < LOST_N).sum()),
+        feet_lost=int((lowest < lost_n).sum()),
         moved_m=float(np.linalg.norm(way)),
         way_in_world_m=way,
         loads_n=normal[-1].copy(),
@@ -69,13 +75,15 @@ def body_position(row: Any) -> Array:
 
 @njit
 def feet_of_rows(
-    force: Any, normal: Any, friction: float, meant: Any, lowest: Any, use: Any
+    force: Any, normal: Any, rule: tuple[float, float], meant: Any, lowest: Any, use: Any
 ) -> None:
     """Lowest normal load (4) of each foot that is meant to carry and, of each row, the highest use
     (n,) of friction.
 
-    force (n, 12) and normal (n, 4) of the feet, N; meant (4,).
+    force (n, 12) and normal (n, 4) of the feet, N; rule: coefficient of friction, and the normal
+    load, N, below which a foot is lost; meant (4,).
     """
+    friction, lost_n = rule
     for row in range(normal.shape[0]):
         for leg in range(normal.shape[1]):
             if not meant[leg]:
@@ -87,7 +95,7 @@ def feet_of_rows(
                 force[row, 3 * leg + 2],
             )
             along = math.sqrt(max(x * x + y * y + z * z - n * n, 0.0))
-            use[row] = max(use[row], along / (friction * max(n, LOST_N)))
+            use[row] = max(use[row], along / (friction * max(n, lost_n)))
             lowest[leg] = min(lowest[leg], n)
 
 
@@ -101,12 +109,12 @@ class Term:
     meaning: str
     unit: str
     weight: float
-    """Reward for one unit; negative: a price."""
+    """Reward for one unit on ROBOCLIMBER; negative: a price."""
 
 
 SURVIVED = Term("survived", "a step", "1", 1.0)
 FRICTION_USE = Term("friction_use", "highest use of a foot's friction, 2 at most", "1", -0.5)
-LOST = Term("lost", "feet that are meant to carry and lost their load", "feet", -1.0)
+LOST = Term("lost", "feet that are meant to carry and lost their load", "1", -1.0)
 MOTION = Term("motion", "way of the body", "m", -20.0)
 EFFORT = Term("effort", "mean square of the action", "1", -0.05)
 END = Term("end", "the run ended: fallen, slid, a rope torn", "1", -50.0)
@@ -126,13 +134,16 @@ def holding_amounts(truth: Truth, action: Array, ended: bool) -> dict[str, float
     }
 
 
-def term_weights(terms: Sequence[Term], given: Mapping[str, float]) -> dict[str, float]:
+def term_weights(
+    terms: Sequence[Term], given: Mapping[str, float], scale: Scale = ROBOCLIMBER
+) -> dict[str, float]:
     """Reward for a unit of each of `terms`, those `given` (sizes; a price stays one) in place of
-    their own.
+    their own. A machine of another size is paid for as much as is alike for it: a small one is
+    paid more for a metre.
 
     Raises InputError for a name that is no term, or a size that is no finite number.
     """
-    weights = {term.name: term.weight for term in terms}
+    weights = {term.name: term.weight / scale.times(term.unit) for term in terms}
     for name, size in given.items():
         if name not in weights:
             allowed = ", ".join(weights)

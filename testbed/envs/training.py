@@ -254,12 +254,20 @@ def _tensorboard(out: Path) -> str | None:
 
 
 def latest(out: Path) -> Path | None:
-    """The whole checkpoint with the most steps, None if there is none; a kill may leave the last
-    one in pieces.
+    """The whole checkpoint with the most steps, None if there is none. What a killed process was
+    still writing is hidden, and may look like a whole archive: the parts in it are archives too.
     """
-    found = [p for p in (out / "checkpoints").glob("*_steps.zip") if _steps(p) > 0]
+    found = [p for p in (out / "checkpoints").glob("[!.]*_steps.zip") if _steps(p) > 0]
     found = sorted(found, key=_steps, reverse=True)
-    return next((checkpoint for checkpoint in found if zipfile.is_zipfile(checkpoint)), None)
+    return next((checkpoint for checkpoint in found if _is_whole(checkpoint)), None)
+
+
+def _is_whole(checkpoint: Path) -> bool:
+    try:
+        with zipfile.ZipFile(checkpoint) as archive:
+            return {WEIGHTS, OPTIMISER} <= set(archive.namelist())
+    except (OSError, zipfile.BadZipFile):
+        return False
 
 
 def _steps(checkpoint: Path) -> int:

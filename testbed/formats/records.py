@@ -22,7 +22,6 @@ callee takes `[0]`.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
@@ -33,6 +32,7 @@ from numpy.typing import NDArray
 
 SET = 0.5
 """A flag is recorded as a number: above this it is set."""
+FLOAT_BYTES = np.dtype(np.float64).itemsize
 
 
 @dataclass(frozen=True)
@@ -124,6 +124,7 @@ class Record:
 
     fields: ClassVar[dict[str, Field]] = {}
     dtype: ClassVar[np.dtype[Any]]
+    _floats_alone: ClassVar[bool]
 
     def __init_subclass__(cls) -> None:
         """Build the NumPy dtype from the declarations, in their order."""
@@ -139,6 +140,13 @@ class Record:
             for name, item in cls.fields.items()
         ]
         cls.dtype = np.dtype((SingleRecord, kinds))
+        cls._floats_alone = all(kind.base.kind == "f" for kind in _leaf_types(cls))
+
+    @classmethod
+    def _check_floats(cls) -> None:
+        """Raises TypeError where a field is not a float."""
+        if not cls._floats_alone:
+            raise TypeError(f"{cls.__name__} holds more than floats")
 
     @classmethod
     def zeros(cls, *shape: int) -> NDArray[Any]:
@@ -185,9 +193,8 @@ class Record:
 
         Raises TypeError where a field is not a float: then there is no such table.
         """
-        if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
-            raise TypeError(f"{cls.__name__} holds more than floats")
-        return records.view(np.float64).reshape(len(records), size(cls))
+        cls._check_floats()
+        return records.view(np.float64).reshape(len(records), cls.dtype.itemsize // FLOAT_BYTES)
 
     @classmethod
     def part_as_table(cls, records: NDArray[Any], name: str) -> NDArray[np.float64]:
@@ -195,16 +202,15 @@ class Record:
         inner = cls.fields[name].record
         if inner is None:
             raise TypeError(f"{name} is no record within {cls.__name__}")
-        start = cls.dtype.fields[name][1] // 8  # type: ignore[index]
-        return cls.as_table(records)[:, start : start + size(inner)]
+        start = cls.dtype.fields[name][1] // FLOAT_BYTES  # type: ignore[index]
+        return cls.as_table(records)[:, start : start + inner.dtype.itemsize // FLOAT_BYTES]
 
     @classmethod
     def from_table(cls, table: NDArray[np.float64]) -> NDArray[Any]:
         """The rows of a table (n, columns) as records (n,) of floats; they share its memory where
         they can.
         """
-        if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
-            raise TypeError(f"{cls.__name__} holds more than floats")
+        cls._check_floats()
         return np.ascontiguousarray(table).view(cls.dtype).reshape(len(table))
 
 
@@ -243,14 +249,6 @@ def _columns(record: type[Record], prefix: str) -> Iterator[Column]:
                 yield Column(full, unit, item.meaning)
             else:
                 yield from _columns(item.record, full + "_")
-
-
-def size(record: type[Record]) -> int:
-    """How many numbers one record holds."""
-    return sum(
-        math.prod(item.shape) * (1 if item.record is None else size(item.record))
-        for item in record.fields.values()
-    )
 
 
 def get(records: Any, path: str) -> Any:

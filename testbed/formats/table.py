@@ -124,7 +124,7 @@ def open_series(path: Path, wanted: Collection[str] | None = None) -> tuple[list
     import pyarrow.parquet as pq
 
     files = _files_of(path)
-    with _readable(files[0]):
+    with readable(files[0]):
         names, known = _names(files, wanted)
         one = len(files) == 1
         return names, read_parquet(files[0], known) if one else pq.read_table(files, columns=known)
@@ -140,7 +140,7 @@ def read_numbers(path: Path, wanted: Collection[str] | None = None) -> dict[str,
     import pyarrow.parquet as pq
 
     files = _files_of(path)
-    with _readable(files[0]):
+    with readable(files[0]):
         _, known = _names(files, wanted)
         count = sum(pq.read_metadata(file).num_rows for file in files)
         out = {name: np.empty(count) for name in known}
@@ -182,7 +182,7 @@ def _names(files: Sequence[Path], wanted: Collection[str] | None) -> tuple[list[
 
 
 @contextmanager
-def _readable(file: Path) -> Iterator[None]:
+def readable(file: Path) -> Iterator[None]:
     """Context that calls damage by the file's name."""
     import pyarrow as pa
 

@@ -196,7 +196,7 @@ def pressures(data: Columns, truth: Columns, events: Events) -> Figure:
     if pumped:
         power = truth["pump_power"] / 1e3
         axes[5].plot(*envelope(truth["t"], power), color=PURPLE, lw=0.8)
-        axes[5].set_title(f"pump: {power.mean():.1f} kW on average")
+        axes[5].set_title(f"pump: {power.mean():.2g} kW on average")
         axes[5].set_ylabel("[kW]")
     for ax in axes[4:]:
         mark(ax, events, float(time_s[0]), float(time_s[-1]))

@@ -45,6 +45,7 @@ RC: dict[str, Any] = {
     "axes.titlepad": 3.0,
     "axes.titley": 1.0,  # where it stands is known: matplotlib need not measure all ticks for it
     "axes.linewidth": 0.6,
+    "axes.formatter.useoffset": False,  # it would stand over the title
     "axes.grid": True,
     "grid.color": "#e4e6ea",
     "grid.linewidth": 0.5,

@@ -11,11 +11,15 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from multiprocessing import parent_process
 
 
 def can_copy() -> bool:
-    """Whether this system copies processes, and has a core for the copy."""
-    return sys.platform == "linux" and len(os.sched_getaffinity(0)) > 1
+    """Whether this system copies processes, and has a core for the copy: beside one of several
+    workers there is none.
+    """
+    alone = parent_process() is None
+    return alone and sys.platform == "linux" and len(os.sched_getaffinity(0)) > 1
 
 
 class Beside:

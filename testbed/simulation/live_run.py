@@ -116,16 +116,16 @@ class Run:
         self._started = time.perf_counter()
         self._closed: dict[str, Any] | None = None
 
-    def record_in(self, out: str | Path | None) -> Path:
-        """Write all that comes to the folder `out` too (None: `runs/<name>-<seed>[-n]`); an earlier
-        run is removed.
+    def record_in(self, out: str | Path | None, pictures: bool = True) -> Path:
+        """Write all that comes to the folder `out` too (None: `runs/<name>-<seed>[-n]`), with
+        rendered pictures or without; an earlier run is removed.
 
         Returns the folder. Raises InputError, and is closed, where it cannot be written.
         """
         scenario = self._simulation.scenario
         try:
             folder = self._holding.enter_context(claimed(out, scenario.name, scenario.seed))
-            self._folder = RunFolder(folder, self._simulation)
+            self._folder = RunFolder(folder, self._simulation, pictures)
         except BaseException:
             self._closed = {}
             self._holding.close()
@@ -285,10 +285,10 @@ class Run:
         wall_s = time.perf_counter() - self._started
         ending = Ending(wall_s, self.interrupted, self._fault)
         if self._keeps or self._folder is None:
-            data, truth = self.rows.as_recorded(), self.truth.as_recorded()
+            series: tuple[Columns, Columns] = self.rows.as_recorded(), self.truth.as_recorded()
         else:
-            data, truth = self._folder.series()
-        return summed_up(self._simulation, data, truth, ending)
+            series = self._folder.series()
+        return summed_up(self._simulation, *series, ending)
 
     # ---- the end ---------------------------------------------------------------------------------
 

@@ -249,25 +249,6 @@ def rope_tension_n(truth: Columns, side: str) -> Array:
     return tension
 
 
-def wanted_columns(columns: list[str]) -> list[str]:
-    """The columns out of `columns` that the metrics read."""
-    heads = (
-        "estimate_",
-        "own_low_",
-        "own_high_",
-        "expected_",
-        "contact_",
-        "carrying_",
-        "foot_load_",
-        "body_pose_",
-        "rope_force_",
-        "position_",
-        "drill_wrench_",
-        "rods_stored",
-    )
-    return ["t", *(column for column in columns if column.startswith(heads))]
-
-
 def run_metrics(data: Columns, truth: Columns, slope_deg: float, rule: LossRule) -> dict[str, Any]:
     """All of it, as it goes into `summary.json`; `rule`: what a loss of contact is."""
     losses = contact_losses(data, truth, rule)

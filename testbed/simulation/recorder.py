@@ -1,10 +1,10 @@
 """Writes a run while it goes on, so that a killed run stays readable up to its last second.
 
 Each series (`data`, `truth`) is a folder `<name>.parquet/part-0000000.parquet ...` during the run;
-every part is a whole Parquet file that appears at once, under its final name. `finish` turns the
-folder into one file. Time is kept as float64, everything else as float32: 24 bits resolve 0.5 Pa at
-80 bar (2 mN on the piston), 4 mN at 50 kN and 30 nm at 0.5 m, each at least a thousand times finer
-than the sensor that reads it.
+every part is a whole Parquet file that appears at once, under its final name. One file grows hidden
+beside the parts, and takes the folder's place at the end. Time is kept as float64, everything else
+as float32: 24 bits resolve 0.5 Pa at 80 bar (2 mN on the piston), 4 mN at 50 kN and 30 nm at 0.5 m,
+each at least a thousand times finer than the sensor that reads it.
 """
 
 from __future__ import annotations
@@ -23,13 +23,12 @@ import numpy.typing as npt
 
 from testbed.errors import InputError
 from testbed.formats.files import make_folder, whole, write_json, write_text
-from testbed.formats.table import read_parquet
 from testbed.formats.yaml_files import yaml_text
 
 Array = npt.NDArray[np.float64]
 
 SERIES = ("data", "truth")
-_ROWS_PER_GROUP = 60_000
+_ROWS_PER_GROUP = 4_000
 _PACKED = 0.5
 """Bytes on the disk per byte of numbers, measured: 0.46 standing, 0.49 drilling."""
 
@@ -50,6 +49,10 @@ class RunRecorder:
         """
         self.out_dir = Path(out_dir)
         self._schemas = {"data": _schema(data_columns), "truth": _schema(truth_columns)}
+        self._joined = {
+            name: Joined(self.out_dir / f".{name}.parquet", schema)
+            for name, schema in self._schemas.items()
+        }
         self._parts = dict.fromkeys(SERIES, 0)
         self._fault: Exception | None = None
         self._queue: queue.Queue[tuple[str, int, npt.NDArray[Any]] | None] = queue.Queue(maxsize=64)
@@ -81,7 +84,7 @@ class RunRecorder:
                 self._parts[name] += 1
 
     def finish(self, summary: Mapping[str, Any] | None = None) -> None:
-        """Write what is left, turn the parts into single files and write `summary.json`.
+        """Write what is left, put single files in place of the parts and write `summary.json`.
 
         Raises InputError where a part or a file could not be written: the parts that are there
         stay, and are read as the single file would be.
@@ -114,45 +117,91 @@ class RunRecorder:
                     self._write_part(*item)
                 except Exception as error:  # handed to the caller's next write
                     self._fault = error
+                    self._drop_joined(error)
 
     def _write_part(self, name: str, number: int, block: npt.NDArray[Any]) -> None:
-        import pyarrow.parquet as pq
+        table = _table(block, self._schemas[name])
+        path = self.out_dir / f"{name}.parquet" / f"part-{number:07d}.parquet"
+        try:
+            _write_table(path, table)
+        except InputError as error:  # the disk may have room for the parts alone
+            if not self._drop_joined(error):
+                raise
+            _write_table(path, table)
+        self._joined[name].add(table)
 
-        folder = self.out_dir / f"{name}.parquet"
-        with whole(
-            folder / f"part-{number:07d}.parquet"
-        ) as hidden:  # readers of a folder skip names with a dot
-            pq.write_table(_table(block, self._schemas[name]), hidden, **_OPTIONS)
+    def _drop_joined(self, error: Exception) -> bool:
+        """Give up the single files; returns whether that made room."""
+        return any([joined.give_up(error) for joined in self._joined.values()])
 
     def _compact(self, name: str) -> None:
         """One file in place of the folder; for an instant only `<name>.parquet.parts` is there."""
-        folder = self.out_dir / f"{name}.parquet"
-        single, aside = self.out_dir / f".{name}.parquet", self.out_dir / f"{name}.parquet.parts"
+        folder, joined = self.out_dir / f"{name}.parquet", self._joined[name]
+        aside = self.out_dir / f"{name}.parquet.parts"
         try:
-            self._join(folder, single, self._schemas[name])
+            joined.finish()
             os.rename(folder, aside)
-            os.rename(single, folder)
+            os.rename(joined.path, folder)
             shutil.rmtree(aside)
-        except OSError as error:
-            with suppress(OSError):
-                single.unlink()
-            problem = f"its parts are whole, but cannot be made one file: {error.strerror or error}"
+        except (OSError, InputError) as error:
+            joined.give_up(error)
+            why = getattr(error, "strerror", None) or error
+            problem = f"its parts are whole, but cannot be made one file: {why}"
             raise InputError(problem, file=folder) from error
 
-    def _join(self, folder: Path, single: Path, schema: Any) -> None:
-        """Groups of the same rows however the parts were cut: the same run gives the same file."""
+
+class Joined:
+    """The single file of a series, hidden beside its parts until the run ends.
+
+    Its groups hold the same rows however the parts were cut: the same run gives the same file.
+    """
+
+    def __init__(self, path: Path, schema: Any) -> None:
+        self.path, self._schema = path, schema
+        self._writer: Any = None
+        self._waiting = schema.empty_table()
+        self._fault: Exception | None = None
+
+    def add(self, rows: Any) -> None:
+        """The next rows, an Arrow table. Where they cannot be written, `finish` says so."""
         import pyarrow as pa
+
+        if self._fault is not None:
+            return
+        self._waiting = pa.concat_tables([self._waiting, rows])
+        try:
+            while len(self._waiting) >= _ROWS_PER_GROUP:
+                self._write(self._waiting.slice(0, _ROWS_PER_GROUP))
+                self._waiting = self._waiting.slice(_ROWS_PER_GROUP)
+        except OSError as error:
+            self.give_up(error)
+
+    def finish(self) -> None:
+        """Make it whole. Raises what hindered it: OSError, InputError."""
+        if self._fault is not None:
+            raise self._fault
+        if len(self._waiting) or self._writer is None:
+            self._write(self._waiting)
+        self._writer.close()
+
+    def give_up(self, error: Exception) -> bool:
+        """Leave the disk to the parts, and say so in `finish`; returns whether that makes room."""
+        self._fault, self._waiting = self._fault or error, self._schema.empty_table()
+        if self._writer is None:
+            return False
+        with suppress(OSError):
+            self._writer.close()
+        self._writer = None
+        with suppress(OSError):
+            self.path.unlink()
+        return True
+
+    def _write(self, rows: Any) -> None:
         import pyarrow.parquet as pq
 
-        waiting = schema.empty_table()
-        with pq.ParquetWriter(single, schema, **_OPTIONS) as writer:
-            for part in sorted(folder.glob("part-*.parquet")):
-                waiting = pa.concat_tables([waiting, read_parquet(part)])
-                while len(waiting) >= _ROWS_PER_GROUP:
-                    writer.write_table(waiting.slice(0, _ROWS_PER_GROUP).combine_chunks())
-                    waiting = waiting.slice(_ROWS_PER_GROUP)
-            if len(waiting):
-                writer.write_table(waiting.combine_chunks())
+        if self._writer is None:
+            self._writer = pq.ParquetWriter(self.path, self._schema, **_OPTIONS)
+        self._writer.write_table(rows.combine_chunks())
 
 
 _OPTIONS: dict[str, Any] = {
@@ -174,6 +223,14 @@ def _schema(columns: Sequence[str]) -> Any:
     if not columns or columns[0] != "t":
         raise ValueError("the first column of a series is 't'")
     return pa.schema([(name, pa.float64() if name == "t" else pa.float32()) for name in columns])
+
+
+def _write_table(path: Path, table: Any) -> None:
+    """Whole or not at all: readers of a folder skip names with a dot."""
+    import pyarrow.parquet as pq
+
+    with whole(path) as hidden:
+        pq.write_table(table, hidden, **_OPTIONS)
 
 
 def _table(block: npt.NDArray[Any], schema: Any) -> Any:

@@ -57,13 +57,15 @@ def run_scenario(
     progress: Progress | None = None,
     beginning: Beginning | None = None,
     watch: Watch | None = None,
+    pictures: bool = True,
 ) -> RunResult:
     """Simulate `scenario`, from its start or a saved state, and record it under `out`
     (`runs/<name>-<seed>[-n]`).
 
     `progress(simulated_s, word)` is called after every block of one simulated second, or of the
     seconds that `watch`, who looks before each block, wishes. The first Ctrl-C ends the run after
-    its block, a second one at once: what was recorded is kept and summed up. Raises InputError
+    its block, a second one at once: what was recorded is kept and summed up. `pictures`: rendered
+    ones for a report, which take as long as some fifteen simulated seconds. Raises InputError
     before anything is written where the scenario, the model or the output folder cannot be used,
     SimulationFault where the simulation breaks down.
     """
@@ -76,7 +78,7 @@ def run_scenario(
             run.restore(beginning.state)
             for event in beginning.happens:
                 run.happen(**event)
-        folder = run.record_in(out)
+        folder = run.record_in(out, pictures)
         with _stop_flag() as stopped:
             block = round(scenario.rates.physics_hz * (watch.every_s if watch is not None else 1.0))
             while not run.finished:

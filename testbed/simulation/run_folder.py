@@ -14,10 +14,9 @@ from testbed.errors import InputError
 from testbed.formats.files import check_space, plain, write_text
 from testbed.formats.yaml_files import write_yaml, yaml_text
 from testbed.simulation.description import recording_meta
-from testbed.simulation.metrics import wanted_columns
 from testbed.simulation.pictures import Album
 from testbed.simulation.recorder import RunRecorder, size_bytes, write_summary
-from testbed.simulation.runs import Columns, read_series
+from testbed.simulation.runs import Columns, open_run
 from testbed.simulation.truth_machine import TRUTH_MACHINE, truth_machine
 from testbed.world.summary import surveyed
 
@@ -35,11 +34,11 @@ def spelt(scenario: Any) -> str:
 
 
 class RunFolder:
-    """Takes a Simulation's rows as they come. Raises InputError where the disk has no room for
-    them.
+    """Takes a Simulation's rows as they come, with pictures unless nobody is to look at them.
+    Raises InputError where the disk has no room for the rows.
     """
 
-    def __init__(self, folder: Path, simulation: Any) -> None:
+    def __init__(self, folder: Path, simulation: Any, pictures: bool = True) -> None:
         scenario = simulation.scenario
         self.folder = folder
         self._columns = list(simulation.data_columns), list(simulation.truth_columns)
@@ -52,12 +51,14 @@ class RunFolder:
             scenario, simulation.machines.belief, self._columns[0], surveyed(simulation)
         )
         self._recorder = RunRecorder(folder, *self._columns, meta)
-        self._album = Album(folder, scenario.duration_s, copies=not simulation.has_window)
+        copies = not simulation.has_window
+        self._album = Album(folder, scenario.duration_s, copies=copies) if pictures else None
         self._simulation = simulation
         self._rows_a_part = max(scenario.rates.record_hz, LEAST_ROWS_A_PART)
         self._waiting: list[tuple[Array, Array]] = []
         self._written_s = time.monotonic()
-        self._album.take(simulation, 0.0)
+        if self._album is not None:
+            self._album.take(simulation, 0.0)
 
     def take(self, data: Array, truth: Array) -> None:
         """The next rows, and a picture where one is due."""
@@ -65,12 +66,13 @@ class RunFolder:
         waiting = sum(len(rows) for rows, _ in self._waiting)
         if waiting >= self._rows_a_part or time.monotonic() - self._written_s > LONGEST_WAIT_S:
             self._write()
-        if len(truth):
+        if len(truth) and self._album is not None:
             self._album.take(self._simulation, float(truth[-1, 0]))
 
     def take_last(self, now_s: float) -> None:
         """The large picture at the run's end."""
-        self._album.take_large(self._simulation, now_s)
+        if self._album is not None:
+            self._album.take_large(self._simulation, now_s)
 
     def keep(self, data: Array, truth: Array) -> None:
         """The next rows, of which no picture is taken."""
@@ -92,19 +94,18 @@ class RunFolder:
         them.
         """
         lost = [*_failing(self._write), *_failing(self._recorder.close)]
-        unjoined = [*_failing(self._recorder.finish), *_failing(self._album.finish)]
+        unjoined = _failing(self._recorder.finish)
+        if self._album is not None:
+            unjoined += _failing(self._album.finish)
         told = lost[0] if lost else None
         unsaid = _failing(lambda: write_summary(self.folder, summary(told)))
         for error in (*lost, *unjoined, *unsaid):
             raise error
 
     def series(self) -> tuple[Columns, Columns]:
-        """The recorded columns that a summary needs: data and truth."""
-        data, truth = self._columns
-        return (
-            read_series(self.folder, "data", wanted_columns(data)),
-            read_series(self.folder, "truth", wanted_columns(truth)),
-        )
+        """The recorded columns: data and truth."""
+        run = open_run(self.folder)
+        return run.data, run.truth
 
 
 def _failing(step: Callable[[], object]) -> list[InputError]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +13,15 @@ import numpy.typing as npt
 
 from testbed.errors import InputError
 from testbed.formats.files import check_links, read_json
-from testbed.formats.table import read_numbers
+from testbed.formats.table import read_numbers, readable
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.build import build_machine
 from testbed.recording.former import current, with_former
 from testbed.scenario.machines import Machines, machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
 
-Columns = dict[str, npt.NDArray[np.float64]]
+Array = npt.NDArray[np.float64]
+Columns = Mapping[str, Array]
 SCENARIO = "scenario.yaml"
 
 
@@ -71,11 +73,70 @@ def read_run(
             allowed="robot",
         )
     wanted = None if columns is None else ["t", *(column for column in columns if column != "t")]
-    data = read_series(folder, "data", wanted)
+    data: Columns = read_series(folder, "data", wanted)
     true: Columns = {}
     if truth:
         data, true = same_rows(data, read_series(folder, "truth", wanted))
     return RecordedRun(folder, meta, data, true, _summary(folder))
+
+
+def open_run(folder: str | Path) -> RecordedRun:
+    """A run of which each column is read when it is asked for: a report looks at some of them, one
+    after the other.
+
+    Raises InputError as read_run does.
+    """
+    times = read_run(folder, ())
+    data, truth = (_opened(times.folder, name, len(times.time_s)) for name in ("data", "truth"))
+    return replace(times, data=data, truth=truth)
+
+
+def _opened(folder: Path, name: str, rows: int) -> Columns:
+    """The first `rows` of a series."""
+    if (folder / f"{name}.parquet").is_file():
+        return Series(folder / f"{name}.parquet", rows)
+    parts = read_series(folder, name)  # of a run that was killed
+    return {column: values[:rows] for column, values in parts.items()}
+
+
+class Series(Mapping[str, Array]):
+    """Columns of a run's file by their names, each read when it is asked for; the last KEPT of them
+    stay in memory.
+    """
+
+    KEPT = 8
+
+    def __init__(self, path: Path, rows: int) -> None:
+        """Of its columns the first `rows`. Raises InputError where it is no readable table."""
+        import pyarrow.parquet as pq
+
+        with readable(path):
+            self._file = pq.ParquetFile(path)
+        self._path, self._rows = path, rows
+        self._stored = {current(name): name for name in self._file.schema_arrow.names}
+        self._column = lru_cache(self.KEPT)(self._read)
+
+    def _read(self, name: str) -> Array:
+        with readable(self._path):
+            column = self._file.read([self._stored[name]], use_threads=False).column(0)
+        try:
+            return np.asarray(column.to_numpy(), dtype=float)[: self._rows]
+        except (ValueError, TypeError) as error:
+            raise InputError(f"holds what is no number: {error}", file=self._path) from error
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self._stored:
+            raise KeyError(name)
+        return self._column(name)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._stored
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._stored)
+
+    def __len__(self) -> int:
+        return len(self._stored)
 
 
 def same_rows(data: Columns, truth: Columns) -> tuple[Columns, Columns]:
@@ -83,6 +144,8 @@ def same_rows(data: Columns, truth: Columns) -> tuple[Columns, Columns]:
     second of one.
     """
     rows = min(len(data["t"]), len(truth["t"]))
+    if len(data["t"]) == len(truth["t"]):
+        return data, truth
     first, second = (
         {name: column[:rows] for name, column in series.items()} for series in (data, truth)
     )
@@ -97,7 +160,7 @@ def check_run(folder: str | Path) -> Path:
     return check_links(folder)
 
 
-def read_series(folder: Path, name: str, columns: list[str] | None = None) -> Columns:
+def read_series(folder: Path, name: str, columns: list[str] | None = None) -> dict[str, Array]:
     """Columns of `<name>.parquet`, float64, under today's names; names that the series lacks are
     left out.
 

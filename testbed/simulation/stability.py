@@ -27,6 +27,14 @@ Columns = Mapping[str, Array]
 EVERY_S, MOST_LOOKS = 0.5, 240
 SETTLED_S = 0.5
 """The first contacts of a run form within this time."""
+HEADS = (
+    "position_",
+    "rods_stored",
+    "contact_normal_",
+    "body_pose_",
+    "rope_force_",
+    "drill_wrench_",
+)
 TOUCHING_N = 20.0
 """A foot of ROBOCLIMBER with more normal force than this stands: it can carry more."""
 
@@ -42,24 +50,29 @@ def stability_summary(
     model = Robot.of(machine, scenario.carried_kg, scenario.ropes.attachment_height_m).model
     rows = min(len(data["t"]), len(truth["t"]))
     step = max(round(EVERY_S / float(np.median(np.diff(truth["t"])))), rows // MOST_LOOKS, 1)
-    looks = range(min(round(SETTLED_S / EVERY_S) * step, rows - 1), rows, step)
-    touching = machine.scale.force * TOUCHING_N
+    looks = np.arange(min(round(SETTLED_S / EVERY_S) * step, rows - 1), rows, step)
+    data, truth = _at(looks, data), _at(looks, truth)
     normals = np.array([truth[f"contact_normal_{leg}"] for leg in LEGS])
-    stands = [np.flatnonzero(normals[:, look] >= touching) for look in looks]
+    stands = machine.scale.force * TOUCHING_N <= normals.T
     friction = scenario.terrain.friction
     found = np.array(
         [
-            _margins(model, friction, data, truth, look, feet)
-            for look, feet in zip(looks, stands, strict=True)
+            _margins(model, friction, data, truth, look, np.flatnonzero(feet))
+            for look, feet in enumerate(stands)
         ]
     )
     wrench, energy = (int(np.argmin(found[:, measure])) for measure in (0, 1))
     return {
         "lowest_wrench_margin_n": float(found[wrench, 0]),
-        "lowest_wrench_margin_at_s": float(truth["t"][looks[wrench]]),
+        "lowest_wrench_margin_at_s": float(truth["t"][wrench]),
         "lowest_energy_margin_j": float(found[energy, 1]),
-        "lowest_energy_margin_at_s": float(truth["t"][looks[energy]]),
+        "lowest_energy_margin_at_s": float(truth["t"][energy]),
     }
+
+
+def _at(looks: NDArray[np.intp], series: Columns) -> Columns:
+    """The columns that the margins need, at some rows."""
+    return {name: series[name][looks] for name in series if name == "t" or name.startswith(HEADS)}
 
 
 def _margins(

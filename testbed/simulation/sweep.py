@@ -127,7 +127,9 @@ def make_run(job: Job) -> bool:
         with owned(job.lock):
             if summary_of(job.folder) is not None:
                 return False
-            interrupted = run_scenario(job.run.scenario, job.folder).interrupted
+            interrupted = run_scenario(
+                job.run.scenario, job.folder, pictures=job.keeps_series
+            ).interrupted
     except (SimulationFault, OccupiedError):
         return False
     if not job.keeps_series and not interrupted:

@@ -18,7 +18,7 @@ from testbed.simulation.runs import (
     SCENARIO,
     RecordedRun,
     check_run,
-    read_run,
+    open_run,
     run_machines,
     run_scenario_of,
 )
@@ -37,7 +37,7 @@ def write_report(folder: str | Path, helpers: Drawers | None = None) -> Path:
     """
     check_run(folder)
     with owned(folder, field=None) as path:
-        run, report = read_run(path), path / "report.html"
+        run, report = open_run(path), path / "report.html"
         with _shown(path):
             drawn = helpers.draw(path) if helpers is not None else None
             text = page(run, *_of(run), drawn)
@@ -47,7 +47,7 @@ def write_report(folder: str | Path, helpers: Drawers | None = None) -> Path:
 
 def pictures_of(folder: Path, wanted: Container[int]) -> dict[int, Drawn]:
     """The pictures of a run's report by their number, those that are wanted."""
-    run = read_run(folder)
+    run = open_run(folder)
     return report_pictures(run, *_of(run), wanted)
 
 
@@ -83,7 +83,7 @@ def write_comparison(folders: Sequence[Path], out: Path) -> Path:
 
 
 def _side(folder: Path) -> Side:
-    run = read_run(check_run(folder))
+    run = open_run(check_run(folder))
     if len(run.time_s) < 2:
         raise InputError(
             "is too short to compare", file=folder, allowed="a run of two rows and more"

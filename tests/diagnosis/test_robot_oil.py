@@ -18,8 +18,10 @@ WARM_DEGC = 40.0
 """At which leakages are declared."""
 
 
-def held_still(command: float) -> Oil:
-    """The first cylinder's oil while its valve is held at `command`, pressures and joints still."""
+def held_still(command: float, **valve: float) -> Oil:
+    """The first cylinder's oil while its valve is held at `command`, pressures and joints still;
+    `valve`: numbers of all valves.
+    """
     t = np.arange(750) / 250.0
     data = {"t": t, "supply_pressure": 0 * t + 9e6, "oil_temperature": 0 * t + WARM_DEGC}
     for axis in AXES:
@@ -35,7 +37,8 @@ def held_still(command: float) -> Oil:
         data[f"specific_force_{way}"] = 0 * t + lift
         data[f"angular_rate_{way}"] = 0 * t
     data["ordered_thrust"] = data["ordered_torque"] = 0 * t
-    robot = Robot.of(build_machine())
+    numbers = {f"valve.{name}": value for name, value in valve.items()}
+    robot = Robot.of(build_machine(numbers))
     return oil_of(data, bins_of(data, robot), Frame.of(t), robot)[0]
 
 
@@ -52,3 +55,14 @@ def test_an_edge_leaks_past_a_check_valve_that_feeds_or_is_drawn_open(command: f
 
 def test_a_shut_check_valve_is_tight() -> None:
     assert leaving_to_tank(held_still(0.0)) == 0.0
+
+
+@pytest.mark.parametrize(("setting_pa", "share"), [(1e6, 1.0), (9e6, 0.0), (7.7e6, 0.5)])
+def test_a_counterbalance_valve_lets_out_what_own_and_other_pressure_open_it_for(
+    setting_pa: float, share: float
+) -> None:
+    # 28 bar over the tank's at A and three times 18 at B against the setting; open 10 bar above it.
+    held = held_still(-0.3, holding_a=2.0, counterbalance_setting_pa=setting_pa)
+    checked = held_still(-0.3)
+    assert held.to_tank[:, 0] == pytest.approx(share * checked.to_tank[:, 0])
+    assert np.all(checked.to_tank[:, 0] < 0.0)

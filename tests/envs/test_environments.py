@@ -160,7 +160,7 @@ def test_a_trained_controller_sees_what_its_environment_showed_and_acts_as_it_di
     env._layer.controller = learned  # from here on the controller moves itself
     env._sim.run_block(20 * 20)
     env.close()
-    own = np.concatenate([learned.load_n, learned.pull_n])
+    own = learned.beyond_n
     assert [wanted[row.column] for row in SHARE_TABLE[-6:]] == pytest.approx(own, abs=150.0)
     assert np.abs(own).max() > 200.0
 

@@ -19,7 +19,7 @@ from testbed.control.distribution.corrected import VIEW
 from testbed.control.distribution.learned import Learned
 from testbed.envs import ENVIRONMENTS, NAMES, named
 from testbed.envs.playing import play
-from testbed.envs.policies import OPTIMISER, read_policy, read_tensors
+from testbed.envs.policies import OPTIMISER, WEIGHTS, read_policy, read_tensors
 from testbed.envs.settings import MANY_STEPS, settings_of
 from testbed.envs.training import Session, latest, library, train
 from testbed.errors import InputError
@@ -58,17 +58,35 @@ def test_rounds_of_a_training_have_episodes_of_their_own_whatever_the_session() 
     assert len({session.episodes(k) for session in (first, second) for k in range(2)}) == 4
 
 
-def test_the_latest_checkpoint_has_the_most_steps_not_the_last_name_and_is_whole(
-    tmp_path: Path,
-) -> None:
+def _checkpoint() -> bytes:
+    """A checkpoint as the library makes it: an archive whose parts are archives."""
+    part, whole = io.BytesIO(), io.BytesIO()
+    with ZipFile(part, "w") as file:
+        file.writestr("archive/data.pkl", "1")
+    with ZipFile(whole, "w") as file:
+        for name in (OPTIMISER, WEIGHTS):
+            file.writestr(name, part.getvalue())
+    return whole.getvalue()
+
+
+def test_the_latest_checkpoint_has_the_most_steps_not_the_last_name(tmp_path: Path) -> None:
     assert latest(tmp_path) is None
     (tmp_path / "checkpoints").mkdir()
     for steps in (9000, 10_000, 500):
-        with ZipFile(tmp_path / "checkpoints" / f"policy_{steps}_steps.zip", "w") as file:
-            file.writestr("data", "1")
-    (tmp_path / "checkpoints" / "policy_11000_steps.zip").write_text("killed while it was written")
+        (tmp_path / "checkpoints" / f"policy_{steps}_steps.zip").write_bytes(_checkpoint())
     found = latest(tmp_path)
     assert found is not None and found.name == "policy_10000_steps.zip"
+
+
+@pytest.mark.parametrize("name", [".policy_8000_steps.zip", "policy_8000_steps.zip"])
+def test_a_checkpoint_killed_at_any_byte_leaves_the_one_before(tmp_path: Path, name: str) -> None:
+    folder, whole = tmp_path / "checkpoints", _checkpoint()
+    folder.mkdir()
+    (folder / "policy_4000_steps.zip").write_bytes(whole)
+    for length in range(len(whole)):
+        (folder / name).write_bytes(whole[:length])
+        found = latest(tmp_path)
+        assert found is not None and found.name == "policy_4000_steps.zip", length
 
 
 @pytest.mark.skipif(HAS_RL, reason="the extra `rl` is installed")

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from testbed.formats.records import Record, part, quantity, size
+from testbed.formats.records import Record, part, quantity
 
 SIDES = ("left", "right")
 
@@ -47,7 +47,7 @@ def test_columns_follow_the_declaration_with_unit_and_meaning() -> None:
         "push_right_y",
     ]
     assert [column.unit for column in Spring.columns()] == ["m", "N", "N"]
-    assert size(Machine) == 11 == Machine.dtype.itemsize / 8
+    assert len(Machine.columns()) == 11 == Machine.dtype.itemsize / 8
 
 
 def test_a_table_shares_the_memory_of_its_records() -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -77,3 +79,8 @@ def test_a_last_picture_that_is_missing_is_said(tmp_path: Path, copies: bool) ->
         album.take_large(camera, 10.0)
         album.finish()
     assert [len(pictures(tmp_path, kind)) for kind in ("small", "large")] == [1, 0]
+
+
+def test_one_of_several_workers_has_no_core_for_a_copy() -> None:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as workers:
+        assert not workers.submit(can_copy).result()

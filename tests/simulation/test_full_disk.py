@@ -18,7 +18,7 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.scenario.scenario import load_scenario
-from testbed.simulation.recorder import RunRecorder, size_bytes
+from testbed.simulation.recorder import Joined, RunRecorder, size_bytes
 from testbed.simulation.run import run_scenario
 from testbed.simulation.runs import read_run
 from testbed.simulation.sweep import summary_of
@@ -56,7 +56,7 @@ def test_a_run_that_will_not_fit_is_refused_before_it_begins(
 def test_parts_that_cannot_be_joined_stay_and_the_run_is_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(RunRecorder, "_join", _full)
+    monkeypatch.setattr(Joined, "_write", _full)
     with pytest.raises(InputError, match=r"data\.parquet: its parts are whole.*No space left"):
         run_scenario(load_scenario("stand_flat", duration=1.5), tmp_path / "run")
     run = read_run(tmp_path / "run")

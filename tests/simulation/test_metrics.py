@@ -222,7 +222,3 @@ def test_expectations_name_what_they_found() -> None:
         "force_rms_n.kbf is 101, expected at most 100",
         "a.0 is None, expected 3.0",
     ]
-
-
-def test_the_margins_are_given_the_rods_that_have_left_the_store() -> None:
-    assert "rods_stored" in metrics.wanted_columns(["t", "rods_stored", "valve_fl_vertical"])

@@ -19,7 +19,7 @@ from testbed.scenario.scenario import load_scenario
 from testbed.simulation.live_run import simulate
 from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.recorder import RunRecorder
-from testbed.simulation.runs import read_run
+from testbed.simulation.runs import open_run, read_run
 from testbed.workflows.report import write_report
 
 META = {"format": "roboclimber-recording/1", "rig": "robot", "data": "data.parquet"}
@@ -59,6 +59,20 @@ def test_only_the_columns_asked_for_are_read(tmp_path: Path) -> None:
     run = read_run(tmp_path, ["b", "load", "absent"])
     assert list(run.data) == ["t", "b"]
     assert list(run.truth) == ["t", "load"]
+
+
+@pytest.mark.parametrize("ended", [True, False])
+def test_an_opened_run_holds_what_a_read_one_does(tmp_path: Path, ended: bool) -> None:
+    """Up to the last row that both series have: a full disk may have cost one of them its last."""
+    recorder = RunRecorder(tmp_path, ["t", "a", "b"], ["t", "load"], META)
+    _blocks(recorder, 3, rows=100)
+    recorder.write(np.array([[0.3, 1.0, 2.0]]), np.empty((0, 2)))
+    (recorder.finish if ended else recorder.close)()
+    opened, whole = open_run(tmp_path), read_run(tmp_path)
+    for one, other in ((opened.data, whole.data), (opened.truth, whole.truth)):
+        assert list(one) == list(other) and "absent" not in one and one.get("absent") is None
+        assert all(np.array_equal(one[name], other[name]) for name in other)
+    assert len(opened.time_s) == 300
 
 
 def test_equal_blocks_give_equal_bytes(tmp_path: Path) -> None:

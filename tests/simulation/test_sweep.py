@@ -235,7 +235,8 @@ def test_every_run_is_made_once_and_summed_up(tmp_path: Path) -> None:
     both = run_sweep(sweep, runs, out)
     assert (out / "runs" / runs[0].name / "summary.json").stat().st_mtime_ns == made
     assert both[0] == first[0] and [e["changes"] for e in both] == [r.changes for r in runs]
-    assert not (out / "runs" / runs[0].name / "truth.parquet").exists()  # keep: summary
+    kept = {path.name for path in (out / "runs" / runs[0].name).iterdir()}
+    assert not kept & {"truth.parquet", "data.parquet", "pictures"}  # keep: summary
     lines = (out / "results.csv").read_text().splitlines()
     assert (
         len(lines) == 3

@@ -4,38 +4,36 @@ drawn machine.
 
 from __future__ import annotations
 
-import atexit
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.control_tasks.oracle import Found, search
-from testbed.benchmarks.control_tasks.tasks import TASKS, Entrant, Task, trained
+from testbed.benchmarks.control_tasks.episodes import best_found, episode
+from testbed.benchmarks.control_tasks.tasks import TASKS, trained
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.envs.agents.base import Agent
 from testbed.errors import InputError
 from testbed.report.tables import Table
 
 Array = NDArray[np.float64]
+Scores = Mapping[int, float]
+"""By the case's seed."""
 ORACLE = "oracle"
 SCORING_SEED = 100_000
 """Seed of the first case that is scored; those below are for tuning."""
 RESAMPLES = 2000
-TOLD = ("verdict", "slip_m", "held", "caught_s", "depth_m", "t_s")
-"""What of the last step's `info` is kept."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One entrant on one case; `policy`: its file, where it was trained."""
+    """One drawn machine: for the task's entrants and the oracle, or for a trained policy's file."""
 
     task: str
-    entrant: str
     seed: int
     policy: str = ""
 
@@ -62,36 +60,49 @@ class ControlTasks(Benchmark[Case]):
 
     def cases(self) -> Mapping[str, Case]:
         """Case by case, so that a part of them is a fair sample."""
-        made = []
-        for task in self.tasks:
-            for seed in range(self.first_seed, self.first_seed + self.number):
-                made += [Case(task, entrant, seed) for entrant in (*TASKS[task].entrants, ORACLE)]
-                made += [Case(task, Path(file).parent.name, seed, file) for file in self.policies]
-        return {f"{case.task} {case.seed} {case.entrant}": case for case in made}
+        seeds = range(self.first_seed, self.first_seed + self.number)
+        made = [
+            Case(task, seed, policy)
+            for task in self.tasks
+            for seed in seeds
+            for policy in ("", *self.policies)
+        ]
+        return {
+            f"{case.task} {case.seed} {_policy_name(case.policy)}".strip(): case for case in made
+        }
 
     def made_from(self, case: Case) -> str:
-        """The case, and the oracle's budget where it is the oracle's."""
-        return f"{case!r} {self.oracle_episodes if case.entrant == ORACLE else 0}"
+        """The case, and the oracle's budget where it is tried."""
+        return f"{case!r} {0 if case.policy else self.oracle_episodes}"
 
-    def work(self, case: Case) -> dict[str, Any]:
-        """The episode's score and how it ended; of the oracle its best one."""
-        task, told = TASKS[case.task], {"task": case.task, "entrant": case.entrant}
-        if case.entrant != ORACLE:
-            entrant = (
-                trained(Path(case.policy), case.task)
-                if case.policy
-                else task.entrants[case.entrant]
-            )
-            return told | {"seed": case.seed} | episode(task, entrant, case.seed)
-        if task.solved_by:
-            solved = episode(task, task.entrants[task.solved_by], case.seed)
-            if solved["held"]:  # leaves the task: nothing is to be searched for
-                return told | {"seed": case.seed, "plan": (), "history": ()} | solved
-        return told | {"seed": case.seed} | best_found(task, case.seed, self.oracle_episodes)
+    def work(self, case: Case) -> list[dict[str, Any]]:
+        """Every entrant's score and how its episode ended; of the oracle its best one.
+
+        A case that the task's simple rule solves leaves the task: nobody else tries it.
+        """
+        task = TASKS[case.task]
+        if case.policy:
+            policy = trained(Path(case.policy), case.task)
+            return [self._told(case, _policy_name(case.policy), episode(task, policy, case.seed))]
+        answers = []
+        for name in sorted(task.entrants, key=lambda name: name != task.solved_by):
+            if case.seed % task.entrants[name].each:
+                continue
+            end = episode(task, task.entrants[name], case.seed)
+            answers.append(self._told(case, name, end))
+            if name == task.solved_by and end["held"]:
+                return answers
+        best = best_found(task, case.seed, self.oracle_episodes)
+        return [*answers, self._told(case, ORACLE, best)]
+
+    @staticmethod
+    def _told(case: Case, entrant: str, end: Mapping[str, Any]) -> dict[str, Any]:
+        return {"task": case.task, "entrant": entrant, "seed": case.seed, **end}
 
     def summarise(self, answers: Answers) -> dict[str, Any]:
         """By task: every entrant's mean score with its interval, and the headroom."""
-        return {task: summary(task, list(answers.values())) for task in self.tasks}
+        told = list(chain.from_iterable(answers.values()))
+        return {task: summary(task, told) for task in self.tasks}
 
     def tables(self, result: dict[str, Any]) -> Sequence[Table]:
         """One table a task."""
@@ -100,12 +111,12 @@ class ControlTasks(Benchmark[Case]):
             rows = [
                 [
                     name,
+                    f"{line['cases']}",
                     f"{line['mean']:.2f} ({line['low']:.2f} to {line['high']:.2f})",
-                    f"{100 * line['stood']:.0f} %",
-                    f"{100 * line['held']:.0f} %, {line['caught_s']:.2f} s"
-                    if "held" in line
-                    else "",
-                    f"{100 * line['closed']:.0f} %",
+                    f"{100 * line['held']:.0f} %" if "held" in line else "",
+                    f"{line['caught_s']:.2f} s" if line.get("caught_s") is not None else "",
+                    f"{100 * line['closed']:.0f} %"
+                    f" ({100 * line['closed_low']:.0f} to {100 * line['closed_high']:.0f})",
                 ]
                 for name, line in found["entrants"].items()
             ]
@@ -114,55 +125,9 @@ class ControlTasks(Benchmark[Case]):
                 f" {found['best_rule']}; {found['left']} cases left the task, doubling the oracle's budget"
                 f" adds {100 * found['doubling']:.1f} %"
             )
-            heads = ["who", f"score [{TASKS[task].unit}]", "stood", "held, caught", "closed"]
+            heads = ["who", "cases", f"score [{TASKS[task].unit}]", "held", "caught", "closed"]
             made.append(Table(title, heads, rows))
         return made
-
-
-@lru_cache(maxsize=8)
-def _environment(name: str, randomisation: str | None, overrides: tuple[str, ...]) -> Any:
-    """An environment of a process, used again and again."""
-    from testbed import envs
-
-    own = envs.ENVIRONMENTS[name][1]
-    drawn = own["randomisation"] if randomisation is None else randomisation
-    changes = [*own.get("overrides", []), *overrides]
-    made = envs.make(name, randomisation=drawn, overrides=changes)
-    atexit.register(made.close)
-    return made
-
-
-def episode(task: Task, entrant: Entrant, seed: int) -> dict[str, Any]:
-    """The return of one episode and how it ended."""
-    env = _environment(task.environment, task.randomisation, entrant.overrides)
-    observation, _ = env.reset(seed=seed)
-    return _played(env, entrant.make(env), observation)
-
-
-def best_found(task: Task, seed: int, budget: int) -> dict[str, Any]:
-    """The oracle's best episode of one case: every plan is tried from the same saved instant."""
-    env = _environment(task.environment, task.randomisation, ())
-    env.reset(seed=seed)
-    start = env.unwrapped.save()
-    ends: dict[float, dict[str, Any]] = {}
-
-    def score(plan: Array) -> float:
-        observation, _ = env.unwrapped.restore(start)
-        end = _played(env.unwrapped, task.plans.agent(env, plan), observation)
-        ends.setdefault(end["score"], end)
-        return float(end["score"])
-
-    found: Found = search(score, task.plans.starts, task.plans.spread, budget, seed)
-    return {"plan": found.plan, "history": found.history} | ends[found.score]
-
-
-def _played(env: Any, agent: Agent, observation: Any) -> dict[str, Any]:
-    """The return of the rest of an episode and how it ended."""
-    score, over, info = 0.0, False, {}
-    while not over:
-        observation, reward, lost, ended, info = env.step(agent.act(observation))
-        score, over = score + float(reward), lost or ended
-    return {"score": score} | {key: info[key] for key in TOLD if key in info}
 
 
 def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -170,54 +135,85 @@ def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
     Headroom is the oracle's mean less the best tuned rule's, as a share of that rule's. Where an
     entrant does better than the oracle's own plan, the oracle does as that entrant did: `beaten` is
-    the share of such cases.
+    the share of such cases. An entrant that tried a part of the cases is measured against the rule
+    and the oracle on that part.
     """
     mine = sorted((answer for answer in answers if answer["task"] == task), key=lambda a: a["seed"])
     solved_by = TASKS[task].solved_by
     solved = {a["seed"] for a in mine if a["entrant"] == solved_by and a["held"]}
     mine = [answer for answer in mine if answer["seed"] not in solved]
-    names = list(dict.fromkeys(answer["entrant"] for answer in mine))
-    scores = {
-        key: np.array([answer["score"] for answer in mine if answer["entrant"] == key])
-        for key in names
+    ends = {
+        name: [answer for answer in mine if answer["entrant"] == name]
+        for name in dict.fromkeys(answer["entrant"] for answer in mine)
     }
-    others = np.max([values for name, values in scores.items() if name != ORACLE], axis=0)
-    beaten = float(np.mean(others > scores[ORACLE]))
-    scores[ORACLE] = np.maximum(scores[ORACLE], others)
-    ends = {key: [answer for answer in mine if answer["entrant"] == key] for key in names}
-    best = max(TASKS[task].rules, key=lambda name: float(scores[name].mean()))
-    rule, oracle = float(scores[best].mean()), float(scores[ORACLE].mean())
-    rng = np.random.default_rng(0)
-    lines = {}
-    for name, values in scores.items():
-        means = rng.choice(values, (RESAMPLES, len(values))).mean(axis=1)
-        low, high = np.quantile(means, [0.025, 0.975])
-        closed = (float(values.mean()) - rule) / max(oracle - rule, 1e-9)
-        lines[name] = {
-            "mean": float(values.mean()),
-            "low": float(low),
-            "high": float(high),
-            **_ends(ends[name]),
-            "closed": closed,
-        }
+    scores = {name: {a["seed"]: a["score"] for a in told} for name, told in ends.items()}
+    own = scores[ORACLE]
+    oracle = {seed: max(found.get(seed, -math.inf) for found in scores.values()) for seed in own}
+    beaten = sum(oracle[seed] > score for seed, score in own.items())
+    scores[ORACLE] = oracle
+    best = max(TASKS[task].rules, key=lambda name: _mean(scores[name]))
+    rule, most = _mean(scores[best]), _mean(oracle)
+    lines = {
+        name: {**_line(found, scores[best], oracle), **_ends(ends[name])}
+        for name, found in scores.items()
+    }
     return {
-        "cases": len(scores[best]),
+        "cases": len(oracle),
         "left": len(solved),
         "doubling": _doubling(ends[ORACLE]),
         "best_rule": best,
-        "headroom": (oracle - rule) / max(abs(rule), 1e-9),
-        "beaten": beaten,
+        "headroom": (most - rule) / max(abs(rule), 1e-9),
+        "beaten": beaten / len(oracle),
         "entrants": lines,
     }
 
 
-def _ends(answers: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """Shares of the episodes that stood and that held, and the median time until one was caught."""
-    found = {"stood": float(np.mean([answer["verdict"] == "stood" for answer in answers]))}
-    if all("held" in answer for answer in answers):
-        found["held"] = float(np.mean([answer["held"] for answer in answers]))
-        found["caught_s"] = float(np.median([answer["caught_s"] for answer in answers]))
-    return found
+def _line(found: Scores, rule: Scores, oracle: Scores) -> dict[str, Any]:
+    """An entrant's mean score on its cases, the share of the headroom there that it closes, and
+    their intervals.
+    """
+    values = np.array([[scores[seed] for seed in found] for scores in (found, rule, oracle)])
+    drawn = np.random.default_rng(0).integers(len(found), size=(RESAMPLES, len(found)))
+    means, again = values.mean(axis=1), values[:, drawn].mean(axis=2)
+    (low, high), (closed_low, closed_high) = _interval(again[0]), _interval(_closed(again))
+    return {
+        "cases": len(found),
+        "mean": float(means[0]),
+        "low": low,
+        "high": high,
+        "closed": float(_closed(means)),
+        "closed_low": closed_low,
+        "closed_high": closed_high,
+    }
+
+
+def _mean(found: Scores) -> float:
+    return float(np.mean(list(found.values())))
+
+
+def _closed(means: Array) -> Array:
+    """Share of the headroom that mean scores (3, ..) close: an entrant's, the rule's, the
+    oracle's.
+    """
+    entrant, rule, oracle = means
+    return np.asarray((entrant - rule) / np.maximum(oracle - rule, 1e-9))
+
+
+def _interval(found: Array) -> tuple[float, float]:
+    low, high = np.quantile(found, [0.025, 0.975])
+    return float(low), float(high)
+
+
+def _ends(answers: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
+    """Share of the episodes that held, and the median time until one of these was caught."""
+    if not all("held" in answer for answer in answers):
+        return {}
+    held = [answer for answer in answers if answer["held"]]
+    caught = [answer["caught_s"] for answer in held]
+    return {
+        "held": len(held) / len(answers),
+        "caught_s": float(np.median(caught)) if caught else None,
+    }
 
 
 def _doubling(answers: Sequence[Mapping[str, Any]]) -> float:
@@ -227,3 +223,8 @@ def _doubling(answers: Sequence[Mapping[str, Any]]) -> float:
         return 0.0
     half = float(np.mean([history[(len(history) - 1) // 2] for history in histories]))
     return float(np.mean([history[-1] for history in histories])) / max(abs(half), 1e-9) - 1.0
+
+
+def _policy_name(file: str) -> str:
+    """A policy is called as its folder."""
+    return Path(file).parent.name if file else ""

@@ -1,14 +1,18 @@
 """The oracle: knows the truth and the future of its case, and searches its plan on that very case.
 
 The search is the cross-entropy method: draw plans around the best so far, keep the best quarter,
-narrow down. Its budget is a number of episodes, which the result states.
+narrow down. Its budget is a number of plans, which the result states. The plans of a round begin
+alike: what happens until they part is simulated once, and a plan that can no longer come among the
+best is given up.
 """
 
 from __future__ import annotations
 
+import copy
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,22 +41,29 @@ class Found:
     history: tuple[float, ...]
 
 
+Score = Callable[[Array, float], float]
+"""Score of a plan; of one that cannot reach the second number any more, anything below that."""
+
+
 def search(
-    score: Callable[[Array], float],
+    score: Score,
     starts: tuple[tuple[float, ...], ...],
     spread: tuple[float, ...],
     budget: int,
     seed: int,
+    alike: int = 0,
 ) -> Found:
     """The best of `budget` plans by `score`: those of `starts` first, then rounds drawn around the
-    best.
+    best, whose plans have their first `alike` numbers in common.
     """
     rng = np.random.default_rng([seed, 5])
     tried: list[tuple[float, tuple[float, ...]]] = []
     history: list[float] = []
 
     def attempt(plan: tuple[float, ...]) -> None:
-        tried.append((score(np.array(plan)), plan))
+        best = sorted((found for found, _ in tried), reverse=True)
+        floor = best[KEPT - 1] if len(best) >= KEPT else -math.inf
+        tried.append((score(np.array(plan), floor), plan))
         history.append(max(found for found, _ in tried))
 
     for start in starts[:budget]:
@@ -60,12 +71,15 @@ def search(
     wide = np.array(spread)
     while len(history) < budget:
         best = [np.array(plan) for _, plan in sorted(tried, reverse=True)[:KEPT]]
+        begun = best[0] + wide * rng.standard_normal(len(wide))
         for _ in range(min(POPULATION, budget - len(history))):
             centre = best[int(rng.integers(len(best)))]
-            attempt(tuple((centre + wide * rng.standard_normal(len(wide))).tolist()))
+            plan = centre + wide * rng.standard_normal(len(wide))
+            plan[:alike] = begun[:alike]
+            attempt(tuple(plan.tolist()))
         wide = np.maximum(0.7 * wide, LEAST_SPREAD * np.array(spread))
-    top, plan = max(tried)
-    return Found(plan, top, tuple(history))
+    top, plan_found = max(tried)
+    return Found(plan_found, top, tuple(history))
 
 
 class KeepPlan(Secure):
@@ -76,11 +90,22 @@ class KeepPlan(Secure):
     """
 
     def __init__(self, plan: Array) -> None:
-        self._before, self._alone, lag_s, *rest = (float(number) for number in plan)
-        super().__init__(reaction_s=max(lag_s, STEP_S))
-        self._raise_m = 1e-3 * np.array(rest[:2])
-        self._down_m = 1e-3 * np.array([0.0, *rest[2:]])
+        super().__init__()
+        self._before = float(plan[0])
         self._side, self._since_s = 0.0, 0.0
+        self._follow(plan)
+
+    def with_plan(self, plan: Array) -> Self:
+        """The same agent, at the instant where it is, with another plan for what comes."""
+        other = copy.copy(self)
+        other.reaction_s = max(float(plan[2]), STEP_S)
+        other._follow(plan)
+        return other
+
+    def _follow(self, plan: Array) -> None:
+        self._alone = float(plan[1])
+        self._raise_m = 1e-3 * plan[3:5]
+        self._down_m = 1e-3 * np.array([0.0, *plan[5:]])
 
     def _ready(self, tension: Array) -> Array:
         return np.full(len(tension), 0.5 * self._before * self._slope_n)
@@ -113,6 +138,10 @@ class HolePlan:
 
     def __init__(self, env: Any, plan: Array) -> None:
         self._env, self._plan = env, plan
+
+    def with_plan(self, plan: Array) -> Self:
+        """The same agent with another plan."""
+        return type(self)(self._env, plan)
 
     def act(self, observation: Vector) -> Vector:
         """See Agent."""

@@ -22,10 +22,12 @@ from testbed.benchmarks.machines.runs import (
     BOARD,
     COMMISSIONED,
     HORIZON,
+    MACHINES,
     PERFECT,
     PUBLISHED,
-    TASKS,
+    ROBOCLIMBER,
     Run,
+    called,
     commissioned,
     recorder,
     scores,
@@ -58,7 +60,8 @@ class DrawnMachines(Benchmark[int]):
     """`machines` machines drawn from the tolerances `draw`, the first with the seed `first_seed`.
 
     `commissions`: each commissions itself first; `recordings`: a folder in which runs and models
-    are kept, and taken from; `ideas`: on so many machines the estimate runs without each idea too.
+    are kept, and taken from; `ideas`: on so many machines the estimate runs without each idea too;
+    `machine`: which of the shipped ones they are drawn from.
     """
 
     name = "machines"
@@ -70,19 +73,30 @@ class DrawnMachines(Benchmark[int]):
     commissions: bool = True
     recordings: Path | None = None
     ideas: int = 8
+    machine: str = ROBOCLIMBER
 
     def __post_init__(self) -> None:
+        if self.machine not in MACHINES:
+            allowed = ", ".join(MACHINES)
+            raise InputError(
+                "is none of those shipped", field="--machine", value=self.machine, allowed=allowed
+            )
         if self.machines < 1:
             raise InputError("must be at least 1", field="--machines", value=self.machines)
 
     def cases(self) -> Mapping[str, int]:
         """Every machine by its seed."""
         seeds = range(self.first_seed, self.first_seed + self.machines)
-        return {f"machine {seed}": seed for seed in seeds}
+        return {f"machine {called(self.machine, seed)}": seed for seed in seeds}
 
     def made_from(self, case: int) -> str:
         """The machine, its tolerances, and what is tried on it."""
-        return f"{case} {self.draw} {self.commissions} {self._tries_ideas(case)}"
+        machine = called(self.machine, case)
+        return f"{machine} {self.draw} {self.commissions} {self._tries_ideas(case)}"
+
+    @property
+    def _tasks(self) -> Sequence[str]:
+        return tuple(MACHINES[self.machine].tasks)
 
     def _tries_ideas(self, case: int) -> bool:
         return case < self.first_seed + self.ideas
@@ -95,20 +109,21 @@ class DrawnMachines(Benchmark[int]):
             if self.commissions:
                 model, found = self._commissioned(case, self.recordings or Path(folder))
             tasks = {}
-            for task in TASKS:
-                record = recorder(self.recordings, f"{task} {case}")
-                ideas = self._tries_ideas(case)
-                tasks[task] = scores(Run(task, case, self.draw), model, ideas, record)
+            for task in self._tasks:
+                record = recorder(self.recordings, f"{task} {called(self.machine, case)}")
+                run = Run(task, case, self.draw, self.machine)
+                tasks[task] = scores(run, model, self._tries_ideas(case), record)
         return {"machine": case, "numbers": found, "tasks": tasks}
 
     def _commissioned(self, case: int, folder: Path) -> tuple[Path, dict[str, Any]]:
         """Its model file and what is in it, from the folder where they are there."""
-        model, numbers = folder / f"model {case}.yaml", folder / f"numbers {case}.json"
+        name = called(self.machine, case)
+        model, numbers = folder / f"model {name}.yaml", folder / f"numbers {name}.json"
         if not numbers.is_file():
             folder.mkdir(parents=True, exist_ok=True)
-            write_json(numbers, commissioned(self.draw, case, model, self.recordings))
-        found: dict[str, Any] = read_json(numbers)
-        return model, found
+            found = commissioned(self.draw, case, model, self.recordings, self.machine)
+            write_json(numbers, found)
+        return model, read_json(numbers)
 
     def summarise(self, answers: Answers) -> dict[str, Any]:
         """Error and coverage by task and belief, what each idea earns, and how often commissioning
@@ -117,16 +132,18 @@ class DrawnMachines(Benchmark[int]):
         every = list(answers.values())
         tried = [answer for answer in every if next(iter(ABLATIONS)) in answer["tasks"]["stand"]]
         return {
+            "machine": self.machine,
             "machines": self.machines,
             "first_seed": self.first_seed,
             "draw": self.draw,
             "tasks": {
-                task: _by_belief([answer["tasks"][task] for answer in every]) for task in TASKS
+                task: _by_belief([answer["tasks"][task] for answer in every])
+                for task in self._tasks
             },
             "machines_ideas": len(tried),
             "ideas": {
                 task: _by_belief([answer["tasks"][task] for answer in tried])
-                for task in (TASKS if tried else ())
+                for task in (self._tasks if tried else ())
             },
             "commissioning": _held(answer["numbers"] for answer in every),
         }
@@ -209,6 +226,11 @@ def _held(machines: Iterable[Mapping[str, Mapping[str, float]]]) -> dict[str, An
     return out
 
 
+def _newtons(value: float) -> str:
+    """Whole ones; of a light machine three figures."""
+    return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
+
+
 def _beliefs(result: Mapping[str, Any]) -> Table:
     names = [
         belief
@@ -225,14 +247,14 @@ def _beliefs(result: Mapping[str, Any]) -> Table:
                 [
                     task,
                     name,
-                    f"{row['rms_n']:.0f}",
+                    _newtons(row["rms_n"]),
                     f"{row['times_perfect']:.2f}",
-                    f"{row['worst_rms_n']:.0f}",
+                    _newtons(row["worst_rms_n"]),
                     f"{100 * row['covered']:.0f} ({100 * low:.0f} to {100 * high:.0f})",
                     f"{100 * row['covered_at_rest']:.0f}",
                     "–" if moving is None else f"{100 * moving:.0f} ({row['moving_s']:.0f} s)",
                     str(row["worse_than_published"]),
-                    f"{by[PUBLISHED[0]]['rms_n']:.0f}",
+                    _newtons(by[PUBLISHED[0]]["rms_n"]),
                 ]
             )
     header = ["task", "belief", "RMS error [N]", "times perfect", "worst machine [N]"]
@@ -244,7 +266,8 @@ def _beliefs(result: Mapping[str, Any]) -> Table:
         "(7) [N]",
     ]
     seeds = f"seeds {result['first_seed']} on"
-    return Table(f"Whole-body estimate, {result['machines']} drawn machines, {seeds}", header, rows)
+    machines = f"{result['machines']} machines drawn from {result['machine']}"
+    return Table(f"Whole-body estimate, {machines}, {seeds}", header, rows)
 
 
 def _ideas(result: Mapping[str, Any]) -> Table:

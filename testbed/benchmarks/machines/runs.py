@@ -43,6 +43,49 @@ TASKS: dict[str, tuple[str, tuple[str, ...]]] = {
     "crawl": ("crawl_slope_45", ("duration_s=26",)),
 }
 """Task -> shipped scenario and changes."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """What a shipped machine does: its tasks, and what it needs changed of commissioning_flat."""
+
+    tasks: Mapping[str, tuple[str, tuple[str, ...]]]
+    commissioning: tuple[str, ...] = ()
+
+
+ROBOCLIMBER = "roboclimber"
+MACHINES = {
+    ROBOCLIMBER: Tried(TASKS),
+    "climber_8t": Tried(
+        {
+            "stand": ("climber_8t_stand", ("duration_s=20",)),
+            "raise": (
+                "climber_8t_stand",
+                ("duration_s=18", RAISE, "task.to_m=0.42", "task.step_m=0.04"),
+            ),
+            "drill": ("climber_8t_drill", ()),
+            "crawl": ("climber_8t_crawl", ()),
+        },
+        ("machine.folder=climber_8t", "robot.vertical_m=0.32", "robot.radial_m=0.21"),
+    ),
+    "quarter_model": Tried(
+        {
+            "stand": ("quarter_model_stand", ("duration_s=20",)),
+            "raise": (
+                "quarter_model_stand",
+                ("duration_s=18", RAISE, "task.to_m=0.0875", "task.step_m=0.0075"),
+            ),
+            "crawl": ("quarter_model_crawl", ()),
+        },
+        (
+            "machine.folder=quarter_model",
+            "robot.vertical_m=0.0625",
+            "robot.radial_m=0.045",
+            "rates.physics_hz=2000",
+        ),
+    ),
+}
+"""Shipped machine -> what it does."""
 PERFECT, BOARD, COMMISSIONED = "perfect", "drawing board", "commissioned"
 HORIZON = "commissioned, moving horizon"
 """The rival of moving_horizon.py."""
@@ -65,16 +108,22 @@ does so over as many samples to both sides."""
 
 @dataclass(frozen=True)
 class Run:
-    """A task on the machine that `draw` makes with `seed`."""
+    """A task on the machine that `draw` makes with `seed` of a shipped one."""
 
     task: str
     seed: int
     draw: str
+    machine: str = ROBOCLIMBER
 
     def load(self) -> Scenario:
         """As a scenario; the seed draws its noise too."""
-        name, changes = TASKS[self.task]
+        name, changes = MACHINES[self.machine].tasks[self.task]
         return load_scenario(name, [*changes, *draw_changes(self.draw, self.seed)], seed=self.seed)
+
+
+def called(machine: str, seed: int) -> str:
+    """A drawn machine's name among files and cases; ROBOCLIMBER's is its seed."""
+    return str(seed) if machine == ROBOCLIMBER else f"{machine} {seed}"
 
 
 def draw_changes(draw: str, seed: int) -> tuple[str, str]:
@@ -111,16 +160,22 @@ def beliefs(scenario: Scenario, model: Path | None) -> dict[str, OwnBelief]:
 
 
 def commissioned(
-    draw: str, seed: int, model: Path, recordings: Path | None = None
+    draw: str,
+    seed: int,
+    model: Path,
+    recordings: Path | None = None,
+    machine: str = ROBOCLIMBER,
 ) -> dict[str, dict[str, float]]:
     """Let a drawn machine commission itself into a model file, as `testbed commission` does: each
     number found, its interval, and the truth. `recordings`: as for `recorder`.
     """
-    programme = stages("commissioning_flat", draw_changes(draw, seed), seed)
+    changes = (*MACHINES[machine].commissioning, *draw_changes(draw, seed))
+    programme = stages("commissioning_flat", changes, seed)
     evidence, seconds = [], 0.0
     only = partial(simulate, measured=(*MEASURED, "supply_pressure"), true=())
     for stage in programme:
-        series = recorder(recordings, f"commissioning {stage.name} {seed}", only)(stage)
+        kept_as = f"commissioning {stage.name} {called(machine, seed)}"
+        series = recorder(recordings, kept_as, only)(stage)
         robot = Robot.of(
             machines_of(stage).belief, stage.carried_kg, stage.ropes.attachment_height_m
         )

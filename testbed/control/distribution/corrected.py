@@ -9,6 +9,7 @@ and its own last orders.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +19,13 @@ from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
 from testbed.control.observed import Observed
 from testbed.machine.names import LEGS, SIDES
+from testbed.machine.scale import ROBOCLIMBER, Scale
 
 Array = NDArray[np.float64]
 SHARE_N = 2000.0
-"""Normal load of a foot beyond the plan's for an action of 1."""
+"""Normal load of a foot of ROBOCLIMBER beyond the plan's for an action of 1."""
 PULL_N = 2000.0
-"""Pull of a rope beyond the plan's for an action of 1."""
+"""Pull of one of its ropes beyond the plan's for an action of 1."""
 VIEW_S = 0.1
 """Time constant of what is measured in the view (E): blows are left out, slow errors are seen."""
 
@@ -77,7 +79,14 @@ VIEW: tuple[Observed, ...] = (
     *_ropes("orders.pull", "pull wanted beyond the plan's", -2e3, 2e3),
 )
 """What the agent sees, index by index."""
-_LOW, _HIGH = (np.array([getattr(row, end) for row in VIEW]) for end in ("low", "high"))
+_BEYOND = np.array([SHARE_N] * len(LEGS) + [PULL_N] * len(SIDES))
+
+
+@cache
+def _ends(scale: Scale) -> Array:
+    """(2, len(VIEW)) ranges of the view on a machine of this size."""
+    rows = [row.times(scale.times(row.unit)) for row in VIEW]
+    return np.array([[row.low, row.high] for row in rows]).T
 
 
 class Corrected(Quadratic):
@@ -85,7 +94,7 @@ class Corrected(Quadratic):
 
     def __init__(self) -> None:
         super().__init__()
-        self.load_n, self.pull_n = np.zeros(len(LEGS)), np.zeros(len(SIDES))
+        self._shares, self._scale = np.zeros(len(_BEYOND)), ROBOCLIMBER
         self._planned = np.zeros(UNKNOWNS)
         self._measured: Array | None = None
         self._lacks, self._thrust_n = np.zeros(6), 0.0
@@ -95,15 +104,20 @@ class Corrected(Quadratic):
         """Take an action (6,) in [-1, 1]: normal loads of fl fr rl rr and pulls of the left and
         right rope.
         """
-        self.load_n, self.pull_n = SHARE_N * action[: len(LEGS)], PULL_N * action[len(LEGS) :]
+        self._shares = np.array(action, dtype=np.float64)
+
+    @property
+    def beyond_n(self) -> Array:
+        """(6,) what is wanted beyond the plan: loads of fl fr rl rr, pulls left and right."""
+        return self._scale.times("N") * _BEYOND * self._shares
 
     def plan(self, now: Balance) -> Plan:
         """See Controller."""
         plan = super().plan(now)
         self._look(now, plan)
-        wanted = plan.forces.copy()
-        wanted[NORMALS] += self.load_n
-        wanted[ROPES] = np.maximum(wanted[ROPES] + self.pull_n, 0.0)
+        wanted, more = plan.forces.copy(), self.beyond_n
+        wanted[NORMALS] += more[: len(LEGS)]
+        wanted[ROPES] = np.maximum(wanted[ROPES] + more[len(LEGS) :], 0.0)
         beyond = wanted - plan.forces
         wanted[:FEET] -= self._borne(now) @ (
             now.balance @ beyond
@@ -127,12 +141,12 @@ class Corrected(Quadratic):
         1], clipped.
         """
         off = np.zeros(UNKNOWNS) if self._measured is None else self._measured - self._planned
-        raw = np.concatenate(
-            [self._planned, off, self._lacks, [self._thrust_n], self.load_n, self.pull_n]
-        )
-        return np.asarray(np.clip((2.0 * raw - _LOW - _HIGH) / (_HIGH - _LOW), -1.0, 1.0))
+        raw = np.concatenate([self._planned, off, self._lacks, [self._thrust_n], self.beyond_n])
+        low, high = _ends(self._scale)
+        return np.asarray(np.clip((2.0 * raw - low - high) / (high - low), -1.0, 1.0))
 
     def _look(self, now: Balance, plan: Plan) -> None:
+        self._scale = now.scale
         if self._measured is None:
             self._measured = now.measured.copy()
         self._measured += 0.01 / VIEW_S * (now.measured - self._measured)

@@ -13,19 +13,20 @@ from numpy.typing import NDArray
 from testbed.control.command import Command
 from testbed.control.measured import Measured
 from testbed.machine.names import AXES, LEGS
+from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.model import RobotModel
 
 Array = NDArray[np.float64]
 SHIFT_SPEED_M_S = 0.2
-"""Fastest shift (E): what the joints do of it is up to their valves."""
+"""Fastest shift of ROBOCLIMBER (E): what the joints do of it is up to their valves."""
 _EACH = len(AXES) // len(LEGS)
 
 
 class Shift:
     """A Layer; see the module's docstring."""
 
-    def __init__(self, model: RobotModel) -> None:
-        self._model = model
+    def __init__(self, model: RobotModel, scale: Scale = ROBOCLIMBER) -> None:
+        self._model, self._fastest_m_s = model, scale.speed * SHIFT_SPEED_M_S
         self.goal_m: Array = np.zeros(2)
         """Wanted shift of the body: up the slope (body x) and to the left (body y), m."""
         self._shift_m = np.zeros(2)
@@ -37,7 +38,7 @@ class Shift:
         if self._joints_a_metre is None:
             self._joints_a_metre = joints_a_metre(self._model, measured.position)
         lacking = self.goal_m - self._shift_m
-        most = SHIFT_SPEED_M_S * dt
+        most = self._fastest_m_s * dt
         step = lacking * min(1.0, most / max(float(np.linalg.norm(lacking)), 1e-12))
         self._shift_m = self._shift_m + step
         moves = self._joints_a_metre

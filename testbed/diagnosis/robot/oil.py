@@ -23,7 +23,7 @@ from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.effects.hydraulics_air import free_share
 from testbed.effects.hydraulics_hose import HOSE_TIMES_S, hose_flow_m3_s
 from testbed.estimation.leg.flow import spool
-from testbed.laws.holding import NO_HOLDING
+from testbed.laws.holding import NO_HOLDING, outlet_share
 from testbed.laws.orifice import LAMINAR_DROP_PA
 from testbed.machine.groups import Valve
 from testbed.machine.model import Axis, Machine
@@ -263,7 +263,20 @@ def _valve(
     held = valve.holding_a if chamber == 0 else valve.holding_b
     if held != NO_HOLDING:
         fed = np.maximum(fed, 0.0)
+        opening = valve.counterbalance_setting_pa, valve.counterbalance_pilot_ratio
+        drained = drained * _let_out(held, own - tank, pressures[1 - chamber] - tank, *opening)
     return fed, drained
+
+
+@njit
+def _let_out(
+    kind: float, load_pa: Array, pilot_pa: Array, setting_pa: float, pilot_ratio: float
+) -> Array:
+    """(n,) shares of what the spool would let out that a load-holding valve lets through."""
+    shares = np.empty_like(load_pa)
+    for index in range(len(load_pa)):
+        shares[index] = outlet_share(kind, load_pa[index], pilot_pa[index], setting_pa, pilot_ratio)
+    return shares
 
 
 @njit

@@ -4,11 +4,24 @@ readings.
 
 from __future__ import annotations
 
+import itertools
+import math
+from typing import Any
+
 import numpy as np
 import pytest
 
-from testbed.benchmarks.control_tasks.benchmark import ORACLE, ControlTasks, summary
+from testbed.benchmarks.control_tasks import benchmark
+from testbed.benchmarks.control_tasks.benchmark import (
+    ORACLE,
+    SCORING_SEED,
+    Case,
+    ControlTasks,
+    summary,
+)
+from testbed.benchmarks.control_tasks.episodes import Branches, episode
 from testbed.benchmarks.control_tasks.oracle import search
+from testbed.benchmarks.control_tasks.tasks import TASKS, Entrant, Task
 from testbed.control.layers.shift import SHIFT_SPEED_M_S
 from testbed.control.observed import Observed
 from testbed.envs.agents.drill_hole import Adaptive, Drill, Reserve
@@ -143,11 +156,51 @@ def test_the_yielding_agent_goes_down_as_far_as_the_rope_has_to_stretch() -> Non
 def test_the_search_climbs_a_hill_and_never_forgets_its_best() -> None:
     """Of a parabola with its top at (1, -2): 200 plans come within a tenth of it."""
     found = search(
-        lambda p: -float((p[0] - 1.0) ** 2 + (p[1] + 2.0) ** 2), ((0.0, 0.0),), (1.0, 1.0), 200, 1
+        lambda p, _: -float((p[0] - 1.0) ** 2 + (p[1] + 2.0) ** 2),
+        ((0.0, 0.0),),
+        (1.0, 1.0),
+        200,
+        1,
     )
     assert found.score > -0.01 and len(found.history) == 200
     assert list(found.history) == sorted(found.history)
     assert found.history[-1] == found.score
+
+
+def test_a_plan_that_is_given_up_below_the_floor_changes_nothing_of_what_is_found() -> None:
+    """A score that is told only where it reaches the floor, against one that always is; the first
+    number is the same in each round of eight plans.
+    """
+    plans: list[tuple[float, ...]] = []
+
+    def whole(plan: np.ndarray, floor: float) -> float:
+        plans.append(tuple(plan))
+        return -float(((plan - 1.0) ** 2).sum())
+
+    def given_up(plan: np.ndarray, floor: float) -> float:
+        true = -float(((plan - 1.0) ** 2).sum())
+        return true if true >= floor else floor - 1e-6
+
+    given = (((0.0, 0.0),), (1.0, 1.0), 41, 3, 1)
+    assert search(whole, *given) == search(given_up, *given)
+    rounds = np.array(plans[1:])[:, 0].reshape(5, 8)
+    assert (rounds == rounds[:, :1]).all() and len(set(rounds[:, 0])) == 5
+
+
+@pytest.mark.slow
+def test_plans_that_part_at_the_fault_score_as_whole_episodes_do() -> None:
+    """Two plans with the same pull before the fault, tried one after the other, score what each
+    scores alone from the beginning; a floor that is out of reach ends an episode below it.
+    """
+    task, seed = TASKS["keep"], 203
+    first, second = (np.array(plan) for plan in task.plans.starts[:2])
+    branches = Branches(task, seed)
+    found = [branches.score(plan, -math.inf) for plan in (first, second)]
+    alone = [Branches(task, seed).score(plan, -math.inf) for plan in (first, second)]
+    assert found == alone and found[0] != found[1]
+    assert max(found) <= branches.score(first, max(found) + 0.1) < max(found) + 0.1
+    entrant = task.entrants["yielding legs"]
+    assert episode(task, entrant, seed) == episode(task, entrant, seed)
 
 
 def test_headroom_and_what_is_closed_of_it_by_hand() -> None:
@@ -171,18 +224,47 @@ def test_headroom_and_what_is_closed_of_it_by_hand() -> None:
     assert found["entrants"]["other"]["closed"] == pytest.approx(2.0 / 3.0)
     assert found["entrants"][ORACLE]["closed"] == pytest.approx(1.0)
     assert found["doubling"] == pytest.approx(3.25 / 3.0 - 1.0) and found["left"] == 0
+    fewer = summary("keep", [a for a in answers if (a["entrant"], a["seed"]) != ("other", 1)])
+    other = fewer["entrants"]["other"]
+    assert (other["cases"], other["mean"]) == (1, 3.0) and other["closed"] == pytest.approx(0.5)
+    sure = found["entrants"]["other"]
+    assert sure["closed_low"] <= sure["closed"] <= sure["closed_high"] and sure["caught_s"] is None
     held = [answer | {"held": answer["seed"] == 1} for answer in answers]
     fewer = summary("keep", held)
     assert (fewer["cases"], fewer["left"]) == (1, 1)
     assert fewer["entrants"]["other"]["closed"] == pytest.approx(0.5)
 
 
-def test_every_case_is_tried_by_every_entrant_and_the_budget_is_in_the_oracles_mark() -> None:
-    cases = ControlTasks(("keep",), number=2).cases()
-    assert {case.entrant for case in cases.values()} >= {"nothing", "hauling rule", ORACLE}
-    assert len(cases) % 2 == 0
-    oracle = next(case for case in cases.values() if case.entrant == ORACLE)
-    made = [ControlTasks(("keep",), oracle_episodes=n).made_from(oracle) for n in (8, 16)]
-    assert made[0] != made[1]
+def test_a_case_is_a_drawn_machine_and_the_budget_is_in_its_mark_unless_a_policy_tries_it() -> None:
+    tasks = ControlTasks(("keep",), number=2, policies=("some/learned/policy.npz",))
+    cases = tasks.cases()
+    assert {(case.seed - SCORING_SEED, case.policy != "") for case in cases.values()} == set(
+        itertools.product((0, 1), (False, True))
+    )
+    assert f"keep {SCORING_SEED} learned" in cases
+    for case in cases.values():
+        made = [ControlTasks(("keep",), oracle_episodes=n).made_from(case) for n in (8, 16)]
+        assert (made[0] == made[1]) == bool(case.policy)
     with pytest.raises(InputError, match="no such task"):
         ControlTasks(("dance",))
+
+
+def test_a_case_that_the_simple_rule_solves_is_tried_by_nobody_else(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tried: list[str] = []
+
+    def played(task: Task, entrant: Entrant, seed: int) -> dict[str, Any]:
+        name = next(name for name, each in task.entrants.items() if each is entrant)
+        tried.append(name)
+        return {"score": 1.0, "verdict": "stood", "held": seed == 5, "caught_s": 0.1}
+
+    best = {"score": 2.0, "held": True, "caught_s": 0.1, "plan": (), "history": (2.0,)}
+    monkeypatch.setattr(benchmark, "episode", played)
+    monkeypatch.setattr(benchmark, "best_found", lambda task, seed, budget: best)
+    tasks = ControlTasks(("keep",))
+    names = [[a["entrant"] for a in tasks.work(Case("keep", seed))] for seed in (5, 10)]
+    assert names[0] == ["hauling rule"]
+    assert (
+        set(names[1]) == {*TASKS["keep"].entrants, ORACLE} and len(tried) == 1 + len(names[1]) - 1
+    )

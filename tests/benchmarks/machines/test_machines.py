@@ -12,7 +12,15 @@ import pytest
 
 from testbed.benchmarks.estimators.trials import Series
 from testbed.benchmarks.machines.benchmark import DrawnMachines
-from testbed.benchmarks.machines.runs import ABLATIONS, TASKS, kept, read_kept, sums
+from testbed.benchmarks.machines.runs import (
+    ABLATIONS,
+    MACHINES,
+    TASKS,
+    Run,
+    kept,
+    read_kept,
+    sums,
+)
 from testbed.errors import InputError
 
 
@@ -73,3 +81,21 @@ def test_moving_samples_are_counted_apart() -> None:
 def test_no_machine_at_all_is_refused() -> None:
     with pytest.raises(InputError, match="--machines"):
         DrawnMachines(machines=0)
+
+
+def test_machines_of_another_plan_are_cases_of_their_own_or_refused() -> None:
+    cases = {name: set(DrawnMachines(machine=name).cases()) for name in MACHINES}
+    assert sum(map(len, cases.values())) == len(set.union(*cases.values()))
+    made_from = {DrawnMachines(machine=name).made_from(2000) for name in MACHINES}
+    assert len(made_from) == len(MACHINES)
+    with pytest.raises(InputError, match="roboclimber, climber_8t, quarter_model"):
+        DrawnMachines(machine="climber_9t")
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_every_task_is_one_of_its_machine(name: str) -> None:
+    folders = {
+        task: Run(task, 1, "workshop", name).load().machine.folder for task in MACHINES[name].tasks
+    }
+    names = {folder and Path(folder).name for folder in folders.values()}
+    assert names == {None if name == "roboclimber" else name}

@@ -1,0 +1,126 @@
+"""Episodes of a case: every entrant begins at the same saved instant, and plans part where they
+differ.
+"""
+
+from __future__ import annotations
+
+import atexit
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.benchmarks.control_tasks.oracle import Found, search
+from testbed.benchmarks.control_tasks.tasks import Entrant, PlannedAgent, Task
+from testbed.envs.agents.base import Agent
+
+Array = NDArray[np.float64]
+DECIDED = 1e-9
+"""An episode is given up where no more than this is left to be paid."""
+TOLD = ("verdict", "slip_m", "held", "caught_s", "depth_m", "t_s")
+"""What of the last step's `info` is kept."""
+
+
+class Stage:
+    """An environment of a process, used again and again; the case that it began last is kept."""
+
+    def __init__(self, env: Any) -> None:
+        self.env = env
+        self._seed: int | None = None
+        self._start: Any = None
+
+    def begin(self, seed: int) -> Any:
+        """Go to the beginning of a case; returns what is told there."""
+        if seed != self._seed:
+            self.env.reset(seed=seed)
+            self._seed, self._start = seed, self.env.save()
+        return self.env.restore(self._start)
+
+    def play(
+        self, agent: Agent, told: Any, until_s: float = math.inf, floor: float = -math.inf
+    ) -> tuple[float, Any]:
+        """Let an agent act to the end, or to the last decision before `until_s`: the return, and
+        what is told then.
+
+        Given up where not even the best rest of an episode brings the return to `floor`; what is
+        returned is then the most that it could have been.
+        """
+        score, (observation, info) = 0.0, told
+        while not self.env.over and self.env.next_s <= until_s:
+            observation, reward, *_, info = self.env.step(agent.act(observation))
+            score += float(reward)
+            left = self.env.most_left
+            if left < DECIDED or score + left < floor:
+                return score + left, (observation, info)
+        return score, (observation, info)
+
+
+def stage(task: Task, overrides: tuple[str, ...] = ()) -> Stage:
+    """The stage of a task in this process."""
+    return _stage(task.environment, task.randomisation, overrides)
+
+
+@lru_cache(maxsize=8)
+def _stage(environment: str, randomisation: str | None, overrides: tuple[str, ...]) -> Stage:
+    from testbed import envs
+
+    own = envs.ENVIRONMENTS[environment][1]
+    drawn = own["randomisation"] if randomisation is None else randomisation
+    changes = [*own.get("overrides", []), *overrides]
+    made = envs.make(environment, randomisation=drawn, overrides=changes).unwrapped
+    atexit.register(made.close)
+    return Stage(made)
+
+
+def episode(task: Task, entrant: Entrant, seed: int) -> dict[str, Any]:
+    """The return of one episode and how it ended."""
+    place = stage(task, entrant.overrides)
+    told = place.begin(seed)
+    return _end(*place.play(entrant.make(place.env), told))
+
+
+class Branches:
+    """Plans tried on one case. Those with the same first numbers go the same way until they part,
+    which is simulated once.
+    """
+
+    def __init__(self, task: Task, seed: int) -> None:
+        self._plans, self._seed = task.plans, seed
+        self._stage = stage(task)
+        self._begun: tuple[float, ...] | None = None
+        self._parting: tuple[float, PlannedAgent, Any] | None = None
+        """Return so far, agent, and the saved episode."""
+        self.ends: dict[float, dict[str, Any]] = {}
+        """How episodes of these returns ended."""
+
+    def score(self, plan: Array, floor: float) -> float:
+        """See oracle.Score."""
+        paid, agent, saved = self._part(plan)
+        told = self._stage.env.restore(saved)
+        further, told = self._stage.play(agent.with_plan(plan), told, floor=floor - paid)
+        self.ends.setdefault(paid + further, _end(paid + further, told))
+        return paid + further
+
+    def _part(self, plan: Array) -> tuple[float, PlannedAgent, Any]:
+        """Where plans with these first numbers part."""
+        begun = tuple(plan[: self._plans.alike].tolist())
+        if self._parting is None or begun != self._begun:
+            told, env = self._stage.begin(self._seed), self._stage.env
+            agent, paid = self._plans.agent(env, plan), 0.0
+            if begun:
+                paid, _ = self._stage.play(agent, told, until_s=env.fault_s)
+            self._begun, self._parting = begun, (paid, agent, env.save())
+        return self._parting
+
+
+def best_found(task: Task, seed: int, budget: int) -> dict[str, Any]:
+    """The oracle's best episode of one case."""
+    branches, plans = Branches(task, seed), task.plans
+    found: Found = search(branches.score, plans.starts, plans.spread, budget, seed, plans.alike)
+    return {"plan": found.plan, "history": found.history} | branches.ends[found.score]
+
+
+def _end(score: float, told: tuple[Any, dict[str, Any]]) -> dict[str, Any]:
+    return {"score": score} | {key: told[1][key] for key in TOLD if key in told[1]}
