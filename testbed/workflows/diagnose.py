@@ -169,6 +169,8 @@ def diagnose_recordings(
         }
         for entry in entries
     }
+    if sound is not None and sound.machine.scale != runs[0].machine.scale:
+        raise InputError("is of a machine of another size", file=sound.file, field="--sound")
     tell("holding the measurements against the machine")
     balances = [balances_of_run(run, model, granted, sound) for run in runs]
     tell("weighing hypotheses")
