@@ -28,9 +28,12 @@ def check_possible(scenario: Scenario, file: Path) -> None:
     _check_effect(hydraulics.parameters, file, "hydraulics.parameters")
     _check_one_supply(hydraulics, file)
     _check_effect(believed, file, "model.parameters")
-    truth = machines_of(scenario, file).truth
+    machines = machines_of(scenario, file)
+    truth = machines.truth
     for number, value in hydraulics.parameters.items():
         check_kind(number, value, truth, file, "hydraulics.parameters")
+    for number, value in believed.items():
+        check_kind(number, value, machines.belief, file, "model.parameters")
     _check_has(scenario, truth, file)
     _check_store(scenario, truth, file)
     _check_posture(scenario.robot, truth, file)

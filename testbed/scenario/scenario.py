@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -17,6 +18,7 @@ from testbed.scenario.control_parts import Control, Estimator, Model
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.events import Event, LiftFoot, Payload, SetRope, Stop, Turn
 from testbed.scenario.expectation import Expect, Mutation
+from testbed.scenario.inert import put_out_of_use
 from testbed.scenario.machines import machines_of
 from testbed.scenario.possible import check_possible
 from testbed.scenario.raw import locate, put, spell_chain
@@ -159,9 +161,39 @@ def load_scenario(
         data["duration_s"] = duration
     spell_chain(data, path)
     locate(data, path)
-    scenario = _on_its_slope(checked(Scenario, data, path))
+    scenario = checked(Scenario, data, path)
+    changes = {change.partition("=")[0].strip() for change in overrides}
+    if idle := put_out_of_use(scenario, _given(scenario), changes, path):
+        scenario = checked(Scenario, _without(scenario, idle), path)
+    scenario = _on_its_slope(scenario)
     check_possible(scenario, path)
     return scenario
+
+
+def _given(scenario: Scenario) -> dict[str, Any]:
+    """What a file and changes give of a scenario's sections: `section.field`, and numbers of the
+    machine by their whole path.
+    """
+    given: dict[str, Any] = {}
+    for name, section in scenario:
+        if isinstance(section, Checked):
+            given |= {
+                f"{name}.{field}": getattr(section, field) for field in section.model_fields_set
+            }
+    numbers = scenario.hydraulics.parameters
+    return given | {f"hydraulics.parameters.{number}": value for number, value in numbers.items()}
+
+
+def _without(scenario: Scenario, fields: Collection[str]) -> dict[str, Any]:
+    """The tree of a scenario in which these fields are as they are by default."""
+    data = scenario.model_dump(exclude_unset=True)
+    for field in fields:
+        section, key, *number = field.split(".", 2)
+        if number:
+            del data[section][key][number[0]]
+        else:
+            del data[section][key]
+    return data
 
 
 def _on_its_slope(scenario: Scenario) -> Scenario:

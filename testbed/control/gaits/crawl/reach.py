@@ -20,6 +20,8 @@ from testbed.scenario.tasks import Crawl
 
 HALVINGS = 6
 """The answer is found within this many halvings of what was asked for."""
+ALIKE = 0.01
+"""Tensions that differ by a smaller share are meant to be equal."""
 Rehearse = Callable[[Crawl, float], None]
 """Plans a task with a share of the ropes' azimuth; InputError where it is out of reach."""
 
@@ -44,7 +46,7 @@ def explained(
         widest = largest(lambda share: rehearse(task, share))
         if widest > 0.0:
             fits.append(f"ropes up to about {abs(widest * azimuth_deg):.0f} deg aside")
-        fits.append("ropes.pull: straight where the anchors lie aside")
+        fits += _straighter(start)
     if start.rope_tension_n.any():
         never = friction_share(start)
         if never > 1.0:
@@ -60,6 +62,16 @@ def explained(
         field=error.field,
         allowed=f"{what}; legs nearer to the middle of their ranges reach further (robot.radial_m)",
     )
+
+
+def _straighter(start: BelievedStart) -> list[str]:
+    """What would make the ropes pull straight up the slope, in one phrase; none where they do."""
+    one, other = start.rope_tension_n
+    ways = ["ropes.pull: straight"] if math.isclose(one, other, rel_tol=ALIKE) else []
+    if nearest_deg(start) > 0.0:
+        apart_m = 2.0 * abs(start.anchors_in_body_m[:, 1].mean())
+        ways.append(f"anchors more than {apart_m:.0f} m apart (ropes.anchor_spread_m)")
+    return [" with ".join(ways)] if ways else []
 
 
 def largest(rehearse: Callable[[float], None]) -> float:

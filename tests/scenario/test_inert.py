@@ -1,0 +1,61 @@
+"""A field that another field of the scenario puts out of use is refused by that field's name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from testbed.errors import InputError
+from testbed.formats.files import plain
+from testbed.formats.yaml_files import yaml_text
+from testbed.scenario.inert import RULES
+from testbed.scenario.scenario import load_scenario
+
+BESIDE = (
+    ("ropes.enabled=false", "ropes.share=0.5"),
+    ("ropes.tension_n=[9000, 9000]", "ropes.share=0.5"),
+    ("control.dither_m=0", "control.dither_hz=3"),
+    ("task={kind: stand}", "control.thrust_reserve=0.5"),
+    ("terrain.plastic_n_m=null", "terrain.settle_s=2"),
+    ("terrain.roughness_m=0", "terrain.hurst=0.5"),
+    ("terrain.kind=plane", "terrain.cell_m=0.2"),
+    ("hydraulics.without=[friction]", "hydraulics.parameters.vertical_cylinder.coulomb_out_n=700"),
+    ("sensors.without=[pressure]", "hydraulics.parameters.sensor.pressure_noise_pa=2e4"),
+    ("ropes.strokes=false", "hydraulics.parameters.traction.stroke_m=0.3"),
+)
+"""What puts a field out of use, and another value of that field: one for each rule."""
+
+
+@pytest.mark.parametrize(("ruler", "field"), BESIDE)
+def test_a_field_that_another_rules_is_refused_by_its_name(ruler: str, field: str) -> None:
+    load_scenario("stand_slope_45", [ruler])
+    with pytest.raises(InputError) as error:
+        load_scenario("stand_slope_45", [ruler, field])
+    told = str(error.value)
+    assert field.partition("=")[0] in told
+    assert f"would have no effect: {ruler.partition('=')[0]} rules it" in told
+
+
+def test_every_rule_is_tried() -> None:
+    assert [rule.ruler for rule in RULES] == [ruler.partition("=")[0] for ruler, _ in BESIDE]
+
+
+def test_what_a_change_puts_out_of_use_becomes_what_it_is_by_default(tmp_path: Path) -> None:
+    """The file's author gave it for the ropes that the user takes away; the run's own copy of the
+    scenario loads again.
+    """
+    file = tmp_path / "roped.yaml"
+    file.write_text("format: roboclimber-scenario/1\nropes: {share: 0.5, sag: true}\n")
+    plain_ropes = load_scenario(file, ["ropes.enabled=false"])
+    assert (plain_ropes.ropes.share, plain_ropes.ropes.sag) == (0.9, False)
+    copy = tmp_path / "scenario.yaml"
+    copy.write_text(yaml_text(plain(plain_ropes.model_dump(mode="json"))))
+    assert load_scenario(copy) == plain_ropes.model_copy(update={"name": "roped"})
+
+
+def test_a_file_that_gives_both_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "both.yaml"
+    file.write_text("format: roboclimber-scenario/1\nropes: {enabled: false, share: 0.5}\n")
+    with pytest.raises(InputError, match=r"ropes\.share = 0\.5: would have no effect"):
+        load_scenario(file)
