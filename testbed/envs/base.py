@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import copy
 import math
-import os
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -23,6 +21,7 @@ from numpy.typing import NDArray
 from testbed.control.gait import Layered
 from testbed.control.layers.trim import Trim
 from testbed.control.observed import Observed, amounts
+from testbed.envs.display import has_display
 from testbed.envs.increments import INCREMENTS, increase, increased
 from testbed.envs.observations import TABLE, Observer, fitted, in_units
 from testbed.envs.randomisation import draw_overrides, named_set
@@ -234,7 +233,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         extra = [*self._overrides, *drawn, *further]
         run_seed = int(self.np_random.integers(2**32))
         spec = load_scenario(self._scenario, extra, seed=run_seed, duration=self._duration_s)
-        self._sim = sim = Simulation(spec, gui=self.render_mode == "human" and _has_display())
+        self._sim = sim = Simulation(spec, gui=self.render_mode == "human" and has_display())
         believed = sim.machines.belief
         if self._fitted(believed) != (self.table, self.actions):
             raise InputError(
@@ -308,14 +307,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             self._sim = None
 
     @property
-    def over(self) -> bool:
-        """Whether the episode has ended."""
-        return self._ended
-
-    @property
     def next_s(self) -> float:
-        """When the next step will be over, simulated time."""
-        return float(self._sim.t_s) + self._step_s
+        """When the next step will be over, simulated time; infinite where there is none."""
+        return math.inf if self._ended else float(self._sim.t_s) + self._step_s
 
     # ---- what a task may change ------------------------------------------------------------------
 
@@ -400,13 +394,3 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             "loads_n": truth.loads_n.copy(),
             "action_mask": self.action_masks(),
         }
-
-
-def _has_display() -> bool:
-    """Whether a window can open; without one the engine's would end the process, so the run goes on
-    unseen.
-    """
-    if not sys.platform.startswith("linux") or os.environ.get("DISPLAY"):
-        return True
-    gymnasium.logger.warn("no display: render_mode 'human' runs without a window")
-    return False

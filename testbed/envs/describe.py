@@ -7,6 +7,7 @@ it so.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -69,8 +70,9 @@ def page() -> str:
 
 
 def _first(env: Any) -> str:
-    lines = (type(env).__doc__ or "").strip().splitlines()
-    text = lines[0].partition(": ")[2] or lines[0]
+    """The first paragraph of an environment's docstring, in one line."""
+    paragraph = (inspect.getdoc(type(env)) or "").partition("\n\n")[0].replace("\n", " ")
+    text = paragraph.partition(": ")[2] or paragraph
     return text[0].upper() + text[1:]
 
 

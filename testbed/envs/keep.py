@@ -132,7 +132,7 @@ class KeepEnv(RoboclimberEnv):
     def most_left(self) -> float:
         """See the base class: from here on no foot slips any further."""
         left_s = float(self._sim.scenario.duration_s - max(self._sim.t_s, self.fault_s))
-        return max(left_s, 0.0) * max(0.0, 1.0 - self._slip_m / SLIP_M)
+        return max(left_s, 0.0) * max(0.0, 1.0 - self._slip_m / self._paid_to_m)
 
     def action_masks(self) -> NDArray[np.bool_]:
         """See the base class: a rope that is not there cannot be hauled."""

@@ -48,7 +48,7 @@ class Stage:
         returned is then the most that it could have been.
         """
         score, (observation, info) = 0.0, told
-        while not self.env.over and self.env.next_s <= until_s:
+        while self.env.next_s < until_s:
             observation, reward, *_, info = self.env.step(agent.act(observation))
             score += float(reward)
             left = self.env.most_left

@@ -107,7 +107,8 @@ class KeepPlan(Secure):
         self._raise_m = 1e-3 * plan[3:5]
         self._down_m = 1e-3 * np.array([0.0, *plan[5:]])
 
-    def _ready(self, tension: Array) -> Array:
+    def _ready(self, seen: Readings, tension: Array) -> Array:
+        del seen
         return np.full(len(tension), 0.5 * self._before * self._slope_n)
 
     def _left(self) -> float:

@@ -39,19 +39,20 @@ FULL_SCALE_N = 15_000.0
 BIN_N, BINS = 5.0, 1200
 
 PAPER = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf")
-IDEAS = ("rich", "swing", "balance", "friction", "weighs", "robust")
+IDEAS = ("rich", "swing", "balance", "friction", "weighs", "robust", "shakes")
 NOTHING = without(OwnTuning(), *IDEAS)
 OWN: dict[str, OwnTuning] = {
     "three cylinders": NOTHING,
     "+ what friction depends on": replace(NOTHING, rich=True),
     "+ zero learnt in swing": replace(NOTHING, rich=True, swing=True),
     "+ balance of the body": replace(NOTHING, rich=True, swing=True, balance=True),
-    "+ friction learnt": without(OwnTuning(), "weighs", "robust"),
+    "+ friction learnt": without(OwnTuning(), "weighs", "robust", "shakes"),
     "own: all, robust": OwnTuning(),
     "own without what friction depends on": without(OwnTuning(), "rich"),
     "own without zero learnt in swing": without(OwnTuning(), "swing"),
     "own without the care for bad sensors": without(OwnTuning(), "robust"),
     "own without balance of the body": without(OwnTuning(), "balance"),
+    "own without the body's acceleration": without(OwnTuning(), "shakes"),
     "own without friction learnt": without(OwnTuning(), "friction"),
     "own without weight and ropes learnt": without(OwnTuning(), "weighs"),
 }

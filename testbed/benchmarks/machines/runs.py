@@ -94,6 +94,7 @@ ABLATIONS: dict[str, tuple[str, ...]] = {
     "without friction learnt": ("friction",),
     "without feet in the air": ("swing",),
     "without balance of the body": ("balance",),
+    "without the body's acceleration": ("shakes",),
     "without what friction depends on": ("rich",),
 }
 """The drawing board's belief with one idea of the estimate switched off."""
@@ -230,7 +231,7 @@ def estimates(
         rows = replay_rows(series.data, chain_belief(own, scenario, series.rope_directions))
         yield name, rows["estimate"]["own"].T, rows["estimate_own"]["sd"].T
         if name == COMMISSIONED:
-            alone = without(OwnTuning(), "swing", "balance", "friction", "weighs")
+            alone = without(OwnTuning(), "swing", "balance", "friction", "weighs", "shakes")
             belief = chain_belief(own, scenario, series.rope_directions, alone)
             yield HORIZON, *moving_horizon.loads(series.data, belief)
         if name != BOARD:

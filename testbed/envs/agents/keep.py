@@ -11,7 +11,8 @@ What is then lacking the rope that is left takes over as it is stretched, by som
 quarter of a second; hauling at 60 mm/s is too slow for that. The feet slide those centimetres,
 unless the body goes them over feet that stay: the yielding agent predicts, decision by decision,
 from the rope's stiffness, its tension and the loads, how far the body has to go until the feet can
-hold the rest, and lets the legs go so far.
+hold the rest, and lets the legs go so far. Before a loss it compares what it has hauled with what
+the tension has gained: rope that comes in and does not stretch drags the feet, and it pulls less.
 """
 
 from __future__ import annotations
@@ -47,6 +48,8 @@ REACTION_S = 0.05
 """Time in which a lack of pull is made up for."""
 RAISED_M = np.array([3.0e-3, 2.0e-3])
 """How far the diagonal of the lost rope's front foot and the front are raised after a loss."""
+GIVEN_M, BORNE_SHARE = 0.01, 0.6
+"""Feet that have been dragged so far before a loss bear this share of what was pulled more (E)."""
 RELIED_ON = 0.08
 """Friction that feet which have just given way are relied on for."""
 
@@ -79,7 +82,7 @@ class Hauling:
         latest = self._first + seen.each("control.pull_change", SIDES)
         holds = latest > SLACK_SHARE * self._first
         whole = bool(holds.all())
-        wanted = self._ready(latest) if whole else np.where(holds, self._left(), self._first)
+        wanted = self._ready(seen, latest) if whole else np.where(holds, self._left(), self._first)
         lacking = np.minimum(wanted, MOST_N) - latest
         if not whole:
             lacking = np.maximum(lacking, 0.0)  # what is left of the ropes is never given away
@@ -93,8 +96,9 @@ class Hauling:
         """Pull that is wanted of a rope that is left alone, N: all of the slope's."""
         return self._slope_n
 
-    def _ready(self, tension: Array) -> Array:
+    def _ready(self, seen: Readings, tension: Array) -> Array:
         """Pulls (2) that are wanted while both ropes hold, N: those that they have."""
+        del seen
         return tension
 
     def _raised_m_s(self, seen: Readings, holds: NDArray[np.bool_]) -> tuple[float, float]:
@@ -123,8 +127,8 @@ class Secure(Hauling):
         self._stood_m: Array | None = None
         """How far diagonal and front were raised at the loss."""
 
-    def _ready(self, tension: Array) -> Array:
-        del tension
+    def _ready(self, seen: Readings, tension: Array) -> Array:
+        del seen, tension
         share = secure_share(self._slope, self._least_friction)
         return np.full(len(SIDES), 0.5 * share * self._slope_n)
 
@@ -158,6 +162,18 @@ class Yielding(Secure):
     ) -> None:
         super().__init__(least_friction, reaction_s)
         self._relied_on = relied_on
+        self._given_m, self._most_n = 0.0, np.inf
+        """How far the feet have given way, and the mean pull that they bear."""
+
+    def _ready(self, seen: Readings, tension: Array) -> Array:
+        """Rope that comes in without stretching comes from feet that give way."""
+        assert self._first is not None
+        gained_n = float((tension - self._first).mean())
+        given_m = float(seen.each("orders.hauled", SIDES).mean()) - gained_n / ROPE_N_M
+        if given_m > self._given_m + GIVEN_M:
+            self._given_m = given_m
+            self._most_n = float(self._first.mean()) + BORNE_SHARE * gained_n
+        return np.minimum(super()._ready(seen, tension), self._most_n)
 
     def _shifted_m_s(self, seen: Readings, pull: Array) -> float:
         """As far as is predicted, within this decision."""

@@ -36,7 +36,8 @@ class OwnTuning:
     `friction_share`: sliding friction is known to this share; `rest_share`: one standard deviation
     of friction at rest, as a share of its set's half width; `*_keep_s`: for how long a deviation
     lasts (the balance's own shorter than friction's: else it takes what a stuck piston hides for an
-    error of the weight).
+    error of the weight); `told_share`: of the filter's standard deviation, what intervals are made
+    of: deviations end where their sets do, so that large ones are rarer than a normal law has them.
     """
 
     rich: bool = True
@@ -51,6 +52,10 @@ class OwnTuning:
     """Weight, centre of mass, ropes, load pins and the inertial unit's bracket are learnt."""
     robust: bool = True
     """A sensor that the balance blames far more than a sound machine's carries the blame alone."""
+    pushes: bool = True
+    """A foot pushes and does not pull."""
+    shakes: bool = True
+    """Fast changes of the loads follow from the body's acceleration."""
     every: int = 5
     observer_rad_s: float = 60.0
     rest_m_s: float = 0.001
@@ -59,9 +64,9 @@ class OwnTuning:
     slow_share: float = 0.6
     slow_m_s: float = 0.008
     speed_sd_m_s: float = 0.003
-    rest_share: float = 0.36
-    fresh_more: float = 1.0
-    fresh_s: float = 1.0
+    rest_share: float = 0.3
+    fresh_more: float = 1.5
+    fresh_s: float = 4.0
     sliding_keep_s: float = 0.5
     rest_keep_s: float = 0.3
     body_keep_s: float = 0.3
@@ -86,8 +91,10 @@ class OwnTuning:
     air_load_n: float = 1500.0
     air_dwell_s: float = 0.15
     air_sd_n: float = 40.0
+    carries_n: float = 300.0
     noise_sd_n: float = 15.0
-    moving_sd_n: float = 70.0
+    moving_sd_n: float = 110.0
+    told_share: float = 0.82
     filter_q_n2: float = 150.0
     filter_r_n2: float = 1500.0
     e_max_n: float = 500.0
@@ -154,6 +161,8 @@ def body_of(
     numbers = model.leg_numbers()
     numbers["links"]["mass"][:, JOINTS.index("vertical")] = [leg.moving_mass_kg for leg in legs]
     body["legs"] = numbers
+    inner = numbers["links"]["mass"][:, : JOINTS.index("vertical")]
+    body["body_mass"] = body["base_mass"] + inner.sum()
     for index, axis in enumerate(machine.axes.values()):
         own = [effect for effect in effects if effect.place == axis.name]
         _declare(body["axes"][index], axis, float(linkages.stroke_m[index]), own)
@@ -189,7 +198,9 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
     body["air_load"], body["air_dwell"] = tuning.air_load_n, tuning.air_dwell_s
     body["air_sd"], body["learns_in_air"] = tuning.air_sd_n, tuning.swing
     body["balances"], body["noise_sd"] = tuning.balance, tuning.noise_sd_n
-    body["moving_sd"] = tuning.moving_sd_n
+    body["moving_sd"], body["told_share"] = tuning.moving_sd_n, tuning.told_share
+    body["only_pushes"] = tuning.pushes
+    body["shakes"], body["carries"] = tuning.shakes, tuning.carries_n
     body["news_share"], body["news_noise"] = tuning.news_share, tuning.news_noise_n
     body["set_margin"] = tuning.set_margin
     body["balance_sd"][:3] = tuning.weight_share * weight_n
@@ -257,6 +268,6 @@ def _declare(out: Any, axis: Axis, stroke_m: float, effects: Sequence[EffectEntr
 
 
 def without(tuning: OwnTuning, *ideas: str) -> OwnTuning:
-    """The tuning with some ideas switched off (`rich`, `swing`, `balance`, `robust`)."""
+    """The tuning with some ideas switched off (`rich`, `swing`, `balance`, `shakes`)."""
     values = {field.name: getattr(tuning, field.name) for field in fields(tuning)}
     return OwnTuning(**(values | dict.fromkeys(ideas, False)))

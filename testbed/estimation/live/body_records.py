@@ -5,6 +5,7 @@ from __future__ import annotations
 from testbed.estimation.filters import persistent
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import AxisBelief, AxisState, Decisions
+from testbed.estimation.live.shaken import Shaken
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
@@ -38,13 +39,18 @@ class BodyBelief(Record):
     air_sd = quantity("N", "how surely it then carries nothing")
     learns_in_air = quantity("1", "0/1: zeros are learnt from feet in the air")
     balances = quantity("1", "0/1: the body's balance is used")
+    only_pushes = quantity("1", "0/1: a foot pushes and does not pull")
+    shakes = quantity("1", "0/1: the body's acceleration shows fast changes of the loads")
+    carries = quantity("N", "from this load on a foot carries its share of these")
     noise_sd = quantity("N", "noise of a filtered load")
     moving_sd = quantity("N", "what inertia and friction leave beside it while the piston slides")
+    told_share = quantity("1", "of the filter's standard deviation, that is told")
     set_margin = quantity("1", "by which friction's set may be wider than believed, of its width")
     news_share = quantity("1", "of a change of force at rest, that may be friction's")
     news_noise = quantity("N", "of such a change, that is noise")
     calibrated_at = quantity("degC", "temperature of the sensors' calibration")
     base_mass = quantity("kg", "of body and turntables")
+    body_mass = quantity("kg", "of all that moves with the body: without frames and feet")
     base_centre = quantity("m", "its centre from the body's origin", per=XYZ)
     inertia = quantity("kg m2", "of the whole machine about the body's origin", per=(XYZ, XYZ))
     balance_sd = quantity("N", "expected error of the balance (moments N m)", per=fu.WRENCH)
@@ -87,6 +93,7 @@ class BodyState(Record):
     started = quantity("1", "1 after the first balance, 2 after the first answer")
     in_air = quantity("s", "for how long a foot has been in the air", per=LEGS)
     filters = part(persistent.PersistentState, "of the foot loads", per=LEGS)
+    shaken = part(Shaken, "fast changes of the loads")
     level = quantity("N", "filtered force along x and y", per=(LEGS, ("x", "y")))
     force_sd = quantity(
         "N", "standard deviation of a foot force at the last balance", per=(LEGS, XYZ)

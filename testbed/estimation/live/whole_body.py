@@ -20,6 +20,8 @@ from testbed.estimation.live import blame
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import Loads, step_axis
 from testbed.estimation.live.learnt import learnt, leg_variance, weigh_cylinder, weigh_leg
+from testbed.estimation.live.shaken import shake
+from testbed.estimation.live.unilateral import hangs, learn_in_air, only_push
 from testbed.estimation.live.wrench import (
     View,
     add_force,
@@ -31,7 +33,6 @@ from testbed.estimation.live.wrench import (
     view_of,
 )
 from testbed.formats.intervals import Z90
-from testbed.formats.records import SET
 from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads import foot_forces as ff
 
@@ -136,33 +137,15 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
                 learn_in_air(index, maps[index], body, state)
     if body.balances != 0.0:
         balance_body(row, turning, maps, on_ground, body, state)
+    if body.only_pushes != 0.0:
+        only_push(maps, body, state)
     fu.stay_in_sets(fusion)
     h = np.zeros(fu.N)
     for index in range(4):
         for r in range(3):
             weigh_leg(index, maps[index, r], state, h)
             variance = max(leg_variance(fusion.p, h, index), 0.0)
-            state.force_sd[index, r] = math.sqrt(variance + body.noise_sd**2)
-
-
-@njit
-def hangs(k: int, row: Any, body: Any, state: Any) -> bool:
-    """Whether foot k is in the air by now; counts for how long."""
-    up = state.means.foot_force[k, 2] - learnt(3 * k + 2, state)
-    off = bool(row.carrying[k] < SET and abs(up) < body.air_load)
-    dt = body.every * body.decisions.dt
-    state.in_air[k] = state.in_air[k] + dt if off else 0.0
-    return off
-
-
-@njit
-def learn_in_air(k: int, map_: Any, body: Any, state: Any) -> None:
-    """Three observations: foot k carries nothing. map_ (3, 3): leg_map."""
-    h = np.zeros(fu.N)
-    for index in range(3):
-        weigh_leg(k, map_[index], state, h)
-        force, slides = state.means.foot_force[k, index], state.axes[3 * k + 2].slides >= 1.0
-        fu.observe(state.fusion, h, force, body.air_sd**2, body.gate, index == 2 and slides)
+            state.force_sd[index, r] = math.sqrt(body.told_share**2 * variance + body.noise_sd**2)
 
 
 @njit
@@ -350,7 +333,7 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
     """What is learnt taken off the legs' forces (4, 3), filtered, with its uncertainty, into the
     row.
     """
-    map_, own, interval = np.empty((3, 3)), row.own, row.estimate_own
+    map_, loads, own, interval = np.empty((3, 3)), np.empty(4), row.own, row.estimate_own
     for index in range(4):
         leg_map(
             body.legs[index],
@@ -362,17 +345,20 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
             off = learnt(3 * index + j, state)
             for r in range(3):
                 force[index, r] -= map_[r, j] * off
-        load = persistent.step(state.filters[index], force[index, 2], body.filter)
+        loads[index] = persistent.step(state.filters[index], force[index, 2], body.filter)
         for r in range(2):
             level = state.level[index, r]
             share = LEVEL_SHARE if state.started > 1.0 else 1.0
             if math.isfinite(force[index, r]):
                 state.level[index, r] = level + share * (force[index, r] - level)
             state.last_force[index, r] = state.level[index, r]
-        state.last_force[index, 2] = load
-        row.estimate.own[index] = own.z[index] = load
         own.x[index], own.y[index] = state.level[index, 0], state.level[index, 1]
         own.x_sd[index], own.y_sd[index] = state.force_sd[index, 0], state.force_sd[index, 1]
+    if body.shakes != 0.0:
+        shake(row.specific_force[2], loads, body, state.shaken)
+    for index in range(4):
+        load = loads[index]
+        state.last_force[index, 2] = row.estimate.own[index] = own.z[index] = load
         bounds(index, load, body, state, interval)
         own.z_sd[index] = interval.sd[index]
     if state.started > 0.0:

@@ -153,6 +153,23 @@ def test_the_yielding_agent_goes_down_as_far_as_the_rope_has_to_stretch() -> Non
     assert shifts[0.0] == -1.0 and shifts[1.4e4] == 0.0
 
 
+def test_the_yielding_agent_pulls_less_where_its_pull_drags_the_feet() -> None:
+    """18 kN are wanted of either rope, which had 13: 12 mm of rope that brought 3 kN were stretched
+    and more is hauled; of 30 mm that brought 1.5 kN most came from the feet, and some is let out.
+    """
+    loads = {f"estimate_own_{leg}": 7000.0 for leg in ("fl", "fr", "rl", "rr")}
+    still = {"rope_tension_left": 1.3e4, "rope_tension_right": 1.3e4, "attitude_pitch": -np.pi / 4}
+    ropes = {}
+    for hauled, gained in ((0.012, 3e3), (0.03, 1.5e3)):
+        agent = Yielding()
+        for way, change in ((0.0, 0.0), (hauled, gained)):
+            seen = {f"control.pull_change_{side}": change for side in ("left", "right")}
+            seen |= {f"orders.hauled_{side}": way for side in ("left", "right")}
+            action = agent.act(told(KEEP_TABLE, **loads, **still, **seen))
+        ropes[hauled] = action[:2]
+    assert (ropes[0.012] > 0.0).all() and (ropes[0.03] < 0.0).all()
+
+
 def test_the_search_climbs_a_hill_and_never_forgets_its_best() -> None:
     """Of a parabola with its top at (1, -2): 200 plans come within a tenth of it."""
     found = search(
