@@ -135,6 +135,10 @@ def diagnose(
     also: Annotated[
         Path | None, typer.Option(help="A second run of the same robot, judged together.")
     ] = None,
+    sound: Annotated[
+        Path | None,
+        typer.Option(help="A run of the same robot from before, when nothing was wrong with it."),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Say which effect a measured machine has and its model lacks, add it, and report the error
@@ -147,7 +151,7 @@ def diagnose(
     from testbed.workflows.diagnose import Wanted, diagnose_folder
 
     with working("diagnosing") as tell:
-        done = diagnose_folder(rig, out, Wanted(model, suggest, also), tell)
+        done = diagnose_folder(rig, out, Wanted(model, suggest, also, sound), tell)
     answer(json, done.tree, (done.title, *done.table), done.page)
 
 

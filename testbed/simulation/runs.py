@@ -104,7 +104,7 @@ class Series(Mapping[str, Array]):
     stay in memory.
     """
 
-    KEPT = 8
+    KEPT = 4
 
     def __init__(self, path: Path, rows: int) -> None:
         """Of its columns the first `rows`. Raises InputError where it is no readable table."""

@@ -4,7 +4,7 @@ written.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,10 +14,15 @@ from testbed.formats.files import check_file, write_json, write_text
 from testbed.formats.ownership import owned
 
 if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
     from testbed.diagnosis.robot.diagnose import RobotDiagnosis
     from testbed.diagnosis.robot.groups import Balances
     from testbed.recording.robot import RobotRecording
+    from testbed.robot.robot import Robot
 
+    Array = npt.NDArray[np.float64]
 Table = tuple[list[str], list[list[str]]]
 FINDINGS, PAGE = "findings.json", "report.html"
 
@@ -35,12 +40,14 @@ class Diagnosed:
 @dataclass(frozen=True)
 class Wanted:
     """What may be asked of a diagnosis beside its findings. `model`: file to start from; `suggest`:
-    file for a motion that parts what cannot be told apart; `also`: another recording of the robot.
+    file for a motion that parts what cannot be told apart; `also`: another recording of the robot;
+    `sound`: one from before, when nothing was wrong with it.
     """
 
     model: Path | None = None
     suggest: Path | None = None
     also: Path | None = None
+    sound: Path | None = None
 
 
 def diagnose(
@@ -48,17 +55,19 @@ def diagnose(
     out: str | Path,
     model: str | Path | None = None,
     also: str | Path | None = None,
+    sound: str | Path | None = None,
 ) -> Diagnosed:
     """Say which effect the machine recorded in `folder` has and its model lacks; `model`: one to
     start from.
 
     `folder` is an axis' rig (identify/ and verify/) or a robot's run, `also` a second run of the
-    same robot. Into `out` go findings.json, the models (add `model.yaml` to a run by
+    same robot, `sound` one from before, when nothing was wrong with it: what a model's effects
+    stand for came after that. Into `out` go findings.json, the models (add `model.yaml` to a run by
     `simulate(.., model=..)`) and report.html; `.tree` of the answer is findings.json. Raises
     InputError for anything that cannot be used.
     """
-    start, other = (None if path is None else Path(path) for path in (model, also))
-    return diagnose_folder(Path(folder), Path(out), Wanted(start, also=other))
+    start, other, before = (None if path is None else Path(path) for path in (model, also, sound))
+    return diagnose_folder(Path(folder), Path(out), Wanted(start, also=other, sound=before))
 
 
 def diagnose_folder(
@@ -83,12 +92,13 @@ def _axis(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None]) 
     from testbed.report.diagnosis_page import page
 
     suggest = wanted.suggest
-    if wanted.also is not None:
-        raise InputError(
-            "is for a robot's run; a rig has all its recordings in one folder",
-            field="--also",
-            value=str(wanted.also),
-        )
+    for option, path in (("--also", wanted.also), ("--sound", wanted.sound)):
+        if path is not None:
+            raise InputError(
+                "is for a robot's run; a rig has all its recordings in one folder",
+                field=option,
+                value=str(path),
+            )
     if suggest is not None:
         check_file(suggest, (".csv", ".parquet"), "--suggest", within=out)
     rig = read_rig(folder)
@@ -111,11 +121,12 @@ def _robot(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None])
     from testbed.workflows.second_motion import suggest_motion
 
     runs = [_read_run(path) for path in (folder, wanted.also) if path is not None]
+    before = None if wanted.sound is None else _read_run(wanted.sound)
     believed = RobotModelFile() if wanted.model is None else read_robot_model(wanted.model)
     if wanted.suggest is not None:
         check_file(wanted.suggest, (".yaml",), "--suggest", within=out)
     with owned(out):
-        found = diagnose_recordings(runs, wanted.model, tell)
+        found = diagnose_recordings(runs, wanted.model, before, tell)
         write_findings(found, believed, out)
         write_text(out / PAGE, page(found))
         tree = as_json(found)
@@ -138,10 +149,11 @@ def _read_run(folder: Path) -> RobotRecording:
 def diagnose_recordings(
     runs: Sequence[RobotRecording],
     model: Path | None,
+    sound: RobotRecording | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> RobotDiagnosis:
     """What one recording, or two together, show that the robot's model, with what a model file
-    adds, lacks.
+    adds, lacks; `sound`: a recording of it from before, when nothing was wrong with it.
 
     Raises InputError for a model or a survey that cannot be understood.
     """
@@ -157,21 +169,34 @@ def diagnose_recordings(
         }
         for entry in entries
     }
+    if sound is not None and sound.machine.scale != runs[0].machine.scale:
+        raise InputError("is of a machine of another size", file=sound.file, field="--sound")
     tell("holding the measurements against the machine")
-    balances = [balances_of_run(run, model, granted) for run in runs]
+    balances = [balances_of_run(run, model, granted, sound) for run in runs]
     tell("weighing hypotheses")
     both = balances[0] if len(balances) == 1 else together(*balances)
     return judged(runs[0].name, both, granted)
 
 
 def balances_of_run(
-    run: RobotRecording, model: Path | None, granted: dict[str, dict[str, float]]
+    run: RobotRecording,
+    model: Path | None,
+    granted: dict[str, dict[str, float]],
+    sound: RobotRecording | None = None,
 ) -> Balances:
     """A recording held against the machine as it believes itself to be; see diagnose_recordings."""
+    from testbed.diagnosis.robot.groups import raw_groups
     from testbed.diagnosis.robot.levels import balances_at_level
+
+    known = None if sound is None else raw_groups(*_measured(sound, model))[2]
+    return balances_at_level(*_measured(run, model), granted, known)
+
+
+def _measured(run: RobotRecording, model: Path | None) -> tuple[Mapping[str, Array], Robot, Array]:
+    """A recording's columns, the robot as it believes itself to be, its surveyed ropes (2, 3)."""
     from testbed.workflows.estimate import survey_of
     from testbed.world.believed import own_belief
 
     survey = survey_of(run.header.surveyed, run.file)
     robot = survey.robot(own_belief(run.machine, model).machine)
-    return balances_at_level(run.data, robot, survey.ropes_in_world, granted)
+    return run.data, robot, survey.ropes_in_world

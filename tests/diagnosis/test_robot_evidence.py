@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal, norm
 
 from testbed.diagnosis.robot.evidence import RawGroup
@@ -54,6 +55,23 @@ def test_evidence_is_the_ratio_of_two_gaussian_densities() -> None:
     assert found.log_factor == pytest.approx(float(exact), rel=1e-8)
 
 
+def test_an_earlier_recording_counts_as_if_both_were_judged_as_one() -> None:
+    rng = np.random.default_rng(2)
+    before, after = group(rng.normal(size=30), 3), group(rng.normal(size=30), 4)
+    found = ledger_of({"forces": after.knowing(before)}, (LEFT,)).hypothesis((LEFT,))
+    tolerated = np.vstack([before.tolerated, after.tolerated])
+    both = block_diag(before.noise, after.noise) + tolerated @ tolerated.T
+    column = by_name("sensor.gain_a").spread("gain_error") * after.rows_of(
+        Change(force={2: np.ones(1)})
+    )
+    later = np.concatenate([np.zeros(30), column])  # the earlier one is without the effect
+    missing = np.concatenate([before.missing, after.missing])
+    exact = multivariate_normal.logpdf(
+        missing, np.zeros(60), both + np.outer(later, later)
+    ) - multivariate_normal.logpdf(missing, np.zeros(60), both)
+    assert found.log_factor == pytest.approx(float(exact), rel=1e-8)
+
+
 def test_the_effect_that_is_there_wins_and_its_size_comes_back() -> None:
     raw = group(np.zeros(30))
     there = 40.0 * raw.rows_of(Change(force={2: np.ones(1)}))
@@ -70,11 +88,11 @@ def test_noise_alone_costs_an_effect_its_freedom() -> None:
 
 
 def test_what_one_part_alone_shows_foretells_nothing() -> None:
-    """A jump in one quarter of the rows looks like the effect there; the whole effect is foretold
-    from every quarter.
+    """A jump in two of the rows looks like the effect there; the whole effect is foretold from
+    every part.
     """
     column = 40.0 * group(np.zeros(30)).rows_of(Change(force={2: np.ones(1)}))
-    jump = np.where(np.arange(30) >= 24, 3.0 * column, 0.0)
+    jump = np.where(np.arange(30) // 2 == 12, 3.0 * column, 0.0)
     there = ledger_of({"forces": group(column)}, (LEFT,), spread=50.0)
     once = ledger_of({"forces": group(jump)}, (LEFT,), spread=50.0)
     assert there.foreseen((LEFT,)) > 0.9 * there.hypothesis((LEFT,)).log_factor

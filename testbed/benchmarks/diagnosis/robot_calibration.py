@@ -40,7 +40,7 @@ START: dict[str, float] = {
     "one": 7.0,
     "two": 13.0,
     "unnamed": 8.0,
-    "form": 0.1,
+    "form": 0.03,
     "rest": 0.1,
 }
 """Where the fit starts and what the ridge holds it to, in logarithms (E)."""

@@ -5,8 +5,8 @@ in it.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -34,8 +34,8 @@ KINDS = (
 """Of every 50 runs 20 are sound, 19 hide one effect, 6 hide two and 5 one that no name covers."""
 SECONDS = 20.0
 """Most of a cycle of the crawl, two sways or more of a standing robot."""
-AGAIN = 5000
-"""Seeds of second recordings are so much higher."""
+AGAIN, BEFORE = 5000, 10_000
+"""Seeds of second recordings are so much higher, and those of recordings made before."""
 PHASES = (
     {"kind": "push", "duration_s": 3.5, "feed_n": 3000},
     {"kind": "hammer", "duration_s": 5.5, "feed_n": 5000, "blow_hz": 30, "blow_n": 1500},
@@ -68,6 +68,14 @@ class Drawn:
     def again(self, overrides: Sequence[str]) -> Scenario:
         """Where it stands, the same machine moved otherwise; the seed of noise is another."""
         return self._loaded("stand", overrides, AGAIN)
+
+    def before(self) -> Iterator[Scenario]:
+        """The same machine at the same place while nothing was hidden in it yet: it walks, or
+        sways where control refuses to walk.
+        """
+        still_sound = replace(self, hidden=(), overrides=self.overrides[:-1])
+        for motion in ("walk", "stand"):
+            yield still_sound._loaded(motion, _task(motion, self.seed), BEFORE)
 
     def _loaded(self, motion: str, own: Sequence[str], later: int = 0) -> Scenario:
         overrides = [*self.overrides, *own]

@@ -4,6 +4,7 @@ and what believing it does on another motion of the same machine.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from testbed.diagnosis.robot.diagnose import RobotDiagnosis
     from testbed.diagnosis.robot.groups import Balances
     from testbed.diagnosis.robot.hypotheses import Ledger
+    from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
 VISIBLE = 6.0
@@ -56,9 +58,9 @@ def trial(seed: int, asked: Asked) -> Trial:
     from testbed.diagnosis.robot.hypotheses import Ledger
 
     case = drawn(seed)
-    run = run_of(case.scenario(), asked.recordings)
+    run, before = run_of(case.scenario(), asked.recordings), _before(case, asked)
     began = perf_counter()
-    balances = balances_in(run)
+    balances = balances_in(run, before)
     found = judged(f"seed-{seed}", balances)
     seconds = perf_counter() - began
     said = as_json(found)
@@ -74,10 +76,21 @@ def trial(seed: int, asked: Asked) -> Trial:
         "effects": said["effects"],
         "hypotheses": said["hypotheses"],
         "signs": found.signs.as_json(),
-        "second": _second(found, case, asked) if asked.second else {},
+        "second": _second(found, before, case, asked) if asked.second else {},
         "closed": _closed(found, case, asked) if asked.closed else {},
         "seconds": seconds,
     }
+
+
+def _before(case: Drawn, asked: Asked) -> Run:
+    """The run of the sound machine that a diagnosis is given; of those that it can make."""
+    refused = InputError("cannot be recorded before anything is hidden", value=case.seed)
+    for scenario in case.before():
+        try:
+            return run_of(scenario, asked.recordings)
+        except InputError as error:
+            refused = error
+    raise refused
 
 
 def names_in(said: dict[str, Any]) -> list[str]:
@@ -85,13 +98,23 @@ def names_in(said: dict[str, Any]) -> list[str]:
     return [f"{e['name']}@{e['place']}" for e in said["effects"]]
 
 
-def balances_in(run: Run) -> Balances:
-    """A run's balances with the shipped machine as what the robot believes."""
+def balances_in(run: Run, sound: Run | None = None) -> Balances:
+    """A run's balances with the shipped machine as what the robot believes; `sound`: an earlier run
+    of the same machine, with nothing hidden.
+    """
+    from testbed.diagnosis.robot.groups import raw_groups
     from testbed.diagnosis.robot.levels import balances_at_level
+
+    known = None if sound is None else raw_groups(*_measured(sound))[2]
+    return balances_at_level(*_measured(run), {}, known)
+
+
+def _measured(run: Run) -> tuple[Mapping[str, Array], Robot, Array]:
+    """A run's columns, the robot as believed, and its ropes as surveyed (2, 3)."""
     from testbed.workflows.estimate import survey_of
 
     survey = survey_of(run.surveyed, Path("run"))
-    return balances_at_level(run.data, survey.robot(build_machine()), survey.ropes_in_world, {})
+    return run.data, survey.robot(build_machine()), survey.ropes_in_world
 
 
 def visible(ledger: Ledger, case: Drawn) -> list[str]:
@@ -112,7 +135,7 @@ def visible(ledger: Ledger, case: Drawn) -> list[str]:
     return [n for n, rest in rests.items() if whole - ledger.hypothesis(rest).log_factor >= VISIBLE]
 
 
-def _second(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, Any]:
+def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> dict[str, Any]:
     """Where the two likeliest sets cannot be told apart: the motion that is chosen, and what both
     recordings together say.
     """
@@ -129,7 +152,8 @@ def _second(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, Any]:
     for chosen in sorted(promised, key=promised.__getitem__, reverse=True):
         with suppress(InputError):  # steep ground refuses some: then the next best
             again = case.again(motion_named(chosen).overrides())
-            both = together(found.balances, balances_in(run_of(again, asked.recordings)))
+            second = balances_in(run_of(again, asked.recordings), before)
+            both = together(found.balances, second)
             break
     else:
         return {}

@@ -1,12 +1,9 @@
-"""How fast the environments step, against the bare engine at the same rate and two processes
-against one, and how fast they begin anew.
-"""
+"""How fast the environments step, against the bare engine, and how fast they begin anew."""
 
 from __future__ import annotations
 
 import statistics
 import time
-from typing import Any
 
 import numpy as np
 
@@ -49,33 +46,6 @@ def against_bare(rounds: int = 9, steps: int = 50, name: str = DRILL) -> dict[st
         "bare_steps_per_s": steps / statistics.median(lone),
         "ratio": statistics.median(b / whole for b, whole in zip(lone, full, strict=True)),
     }
-
-
-def two_workers(rounds: int = 7, steps: int = 50, name: str = DRILL) -> dict[str, float]:
-    """Steps a second of two asynchronous workers over those of one, by the clock; medians over
-    rounds.
-    """
-    from testbed import envs
-
-    rates: dict[int, list[float]] = {1: [], 2: []}
-    vectors: dict[int, Any] = {
-        rate: envs.make_vec(name, rate, vectorization_mode="async", duration_s=3600.0)
-        for rate in rates
-    }
-    for key, vector in vectors.items():
-        vector.reset(seed=0)
-        vector.step(np.zeros(vector.action_space.shape, dtype=np.float32))
-        rates[key].clear()
-    for _ in range(rounds):
-        for key, vector in vectors.items():
-            start = time.perf_counter()
-            for _ in range(steps):
-                vector.step(np.zeros(vector.action_space.shape, dtype=np.float32))
-            rates[key].append(key * steps / (time.perf_counter() - start))
-    for vector in vectors.values():
-        vector.close()
-    one, two = (statistics.median(rates[workers]) for workers in (1, 2))
-    return {"one_steps_per_s": one, "two_steps_per_s": two, "gain": two / one}
 
 
 def resets(draws: int = 9, again: int = 15, name: str = KEEP) -> dict[str, float]:

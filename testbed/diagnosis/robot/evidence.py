@@ -58,12 +58,15 @@ class RawGroup:
     missing: Array
     """(rows,)"""
     time_s: Array
+    """(rows,); rows further apart than PIECE_S can foretell each other."""
     noise: Array
     """(rows, rows) covariance of what nobody knows in any machine; `lasting`: the part of it that
     lasts, which a recording cannot show to be smaller.
     """
     tolerated: Array
-    """(rows, k) columns of what a sound machine may differ by, each one standard deviation."""
+    """(rows, k) columns of what a sound machine may differ by, each one standard deviation; the
+    same k numbers in every recording of it.
+    """
     rows_of: Callable[[Change], Array]
     """A column of the group: what a change of the believed machine does to its rows."""
     lasting: Array | None = None
@@ -87,6 +90,22 @@ class RawGroup:
         """
         root, kept = np.sqrt(level), 0.0 if self.lasting is None else self.lasting
         return replace(self, noise=kept + root[:, None] * (self.noise - kept) * root)
+
+    def knowing(self, sound: RawGroup) -> RawGroup:
+        """The group of a machine of which there is an earlier recording, when it was sound.
+
+        That one's rows y = T w + e, w ~ N(0, 1), show how far the machine lies from its drawing: w
+        ~ N(m, S), S^-1 = 1 + T' N^-1 T, m = S T' N^-1 y. So this one misses its own T m less, and
+        S is all that its tolerances leave.
+        """
+        known = whiten(sound.missing, {"": sound.tolerated}, sound.noise)
+        columns = known.columns[""]
+        left = np.linalg.inv(np.eye(columns.shape[1]) + columns.T @ columns)
+        return replace(
+            self,
+            missing=self.missing - self.tolerated @ (left @ (columns.T @ known.missing)),
+            tolerated=self.tolerated @ np.linalg.cholesky(left),
+        )
 
     def whitened(self, candidates: Mapping[str, Signature]) -> Whitened:
         """Divided by its noise; candidates that it does not show are left out."""
@@ -117,6 +136,8 @@ class RawGroup:
         return out[0], out[1]
 
 
+PIECE_S = 2.0
+"""A recording is cut into pieces of this length, where one part of it is to foretell another."""
 ROUNDS = 30
 """Means of overlapping labels are taken out in turns, so many times."""
 FREE = 1.0

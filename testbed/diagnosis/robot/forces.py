@@ -131,10 +131,14 @@ def rows_of(balance: BodyBalance, change: Change) -> Array:
     return np.asarray(out[balance.counted])
 
 
-def tolerance_columns(balance: BodyBalance, machine: Machine) -> Array:
-    """(rows, k): every column a tolerance times its standard deviation."""
+def tolerance_columns(balance: BodyBalance, machine: Machine) -> tuple[Array, Array]:
+    """(rows, k) and (rows, m): tolerances times their standard deviations, those of the machine and
+    those of this recording alone.
+    """
     each = [one for one in tolerated(balance.seen, machine) if one.sd > 0.0]
-    return np.column_stack([rows_of(balance, one.change.times(one.sd)) for one in each])
+    columns = np.column_stack([rows_of(balance, one.change.times(one.sd)) for one in each])
+    passing = np.array([one.passing for one in each])
+    return columns[:, ~passing], columns[:, passing]
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +156,8 @@ class Tolerated:
     mean: float = 0.0
     drawn: float = 0.0
     per: float = 1.0
+    passing: bool = False
+    """Of one recording alone: in another one of the machine the number is another."""
 
 
 def tolerated(seen: RobotSeen, machine: Machine, biased: bool = True) -> Iterator[Tolerated]:
@@ -178,7 +184,9 @@ def tolerated(seen: RobotSeen, machine: Machine, biased: bool = True) -> Iterato
     for i in range(len(AXES)):
         for area in (seen.area_a_m2[i], seen.area_b_m2[i]):
             yield Tolerated(
-                Change(force={i: np.ones(seen.bins)}), abs(float(thermal * warm * area))
+                Change(force={i: np.ones(seen.bins)}),
+                abs(float(thermal * warm * area)),
+                passing=True,
             )
 
 
@@ -188,12 +196,14 @@ def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:
     """
     piston = _piston(seen)
     stuck = (1.0 - np.abs(seen.direction)) * (piston - piston.mean(axis=0))
-    yield Tolerated(Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE)
+    yield Tolerated(
+        Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE, passing=True
+    )
     for i in range(len(AXES)):
-        yield Tolerated(Change(force={i: stuck[:, i]}), HELD_EACH)
+        yield Tolerated(Change(force={i: stuck[:, i]}), HELD_EACH, passing=True)
     at_rest = 1.0 - np.abs(seen.direction)
     pushed = {i: at_rest[:, i] * seen.thrust_n / len(VERTICAL) for i in VERTICAL}
-    yield Tolerated(Change(force=pushed), HELD_THRUST)
+    yield Tolerated(Change(force=pushed), HELD_THRUST, passing=True)
 
 
 def _bored(seen: RobotSeen, i: int, axis: Axis) -> Tolerated:
@@ -225,7 +235,7 @@ def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
         yield Tolerated(change, share, f"{own}.{number}", drawn=viscous, per=viscous)
     if seen.line_n[i] > SHAKEN_SHARE * np.median(seen.coulomb_n[:, i]):
         shaken = Change(force={i: seen.direction[:, i] * seen.coulomb_n[:, i]})
-        yield Tolerated(shaken, 1.0)
+        yield Tolerated(shaken, 1.0, passing=True)
     number, drawn = "seal.side_load_coefficient", seal.side_load_coefficient
     centre = middle(f"axes.*.{number}", drawn)
     side = float(np.hypot(standard_deviation(f"axes.*.{number}", drawn), 0.3 * (centre - drawn)))
@@ -249,13 +259,14 @@ def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
     """The group of a measured robot."""
     bins, _ = np.nonzero(balance.counted)
     known = OF_A_SOUND_MACHINE.of_size(machine.scale)
-    lasting = lasting_of(balance, known)
+    tolerances, passing = tolerance_columns(balance, machine)
+    lasting = lasting_of(balance, known) + passing @ passing.T
     return RawGroup(
         missing=balance.missing[balance.counted],
         time_s=balance.seen.time_s[bins],
         noise=noise_of(balance, replace(known, rest_share=0.0, alike_share=0.0)) + lasting,
         lasting=lasting,
-        tolerated=tolerance_columns(balance, machine),
+        tolerated=tolerances,
         rows_of=lambda change: rows_of(balance, change),
     )
 

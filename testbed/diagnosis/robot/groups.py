@@ -79,10 +79,28 @@ def balances_of(
     robot: Robot,
     ropes_in_world: Array,
     granted: Mapping[str, Mapping[str, float]],
+    sound: Mapping[str, RawGroup] | None = None,
 ) -> Balances:
     """Measure a recording's columns against the believed robot; `ropes_in_world` (2, 3) as
     surveyed. `granted`: effect at its place -> parameters that are believed already, beside the
-    robot's numbers.
+    robot's numbers. `sound`: `raw_groups` of an earlier recording of the same machine, when
+    nothing was wrong with it.
+    """
+    bins, body, raw = raw_groups(data, robot, ropes_in_world)
+    found = {c.name: c for c in _candidates(body, robot.machine.scale)}
+    raw = {key: _without(group, granted, found) for key, group in raw.items()}
+    if sound is not None:
+        raw = {key: group.knowing(sound[key]) for key, group in raw.items()}
+    signatures = {name: candidate.signature for name, candidate in found.items()}
+    groups = {key: group.whitened(signatures) for key, group in raw.items()}
+    return Balances(bins, body, raw, groups, found)
+
+
+def raw_groups(
+    data: Mapping[str, Array], robot: Robot, ropes_in_world: Array
+) -> tuple[Bins, BodyBalance, dict[str, RawGroup]]:
+    """The groups of a recording in their own units, with the bins and the body's balance that they
+    are made of.
     """
     machine = robot.machine
     frame, bins = Frame.of(np.asarray(data["t"], dtype=float)), bins_of(data, robot)
@@ -104,11 +122,7 @@ def balances_of(
     for i in range(len(AXES)):
         raw[f"oil {AXES[i]}"] = oil.group_of(oils[i], i, machine, bins.time_s)
         raw[f"{LINE} {AXES[i]}"] = lines[i].group(i, machine.scale)
-    found = {c.name: c for c in _candidates(body, machine.scale)}
-    raw = {key: _without(group, granted, found) for key, group in raw.items()}
-    signatures = {name: candidate.signature for name, candidate in found.items()}
-    groups = {key: group.whitened(signatures) for key, group in raw.items()}
-    return Balances(bins, body, raw, groups, found)
+    return bins, body, raw
 
 
 def _candidates(body: BodyBalance, scale: Scale) -> list[Candidate]:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from testbed.diagnosis.robot.evidence import PIECE_S
 from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances
 from testbed.diagnosis.robot.unexplained import is_unexplained
 from testbed.effects import kind_of
@@ -23,7 +24,9 @@ Array = npt.NDArray[np.float64]
 SEEDS = 8
 """So many of the best single effects are tried with every other one."""
 PARTS = 4
-"""Of so many parts of a recording each must be foretold from the others."""
+"""Of so many parts of a recording each must be foretold from the others; they take turns, piece by
+piece, so that each of them has a bit of all that moved.
+"""
 KEPT = 60
 """Of all hypotheses so many of the best are told."""
 
@@ -172,8 +175,8 @@ class Ledger:
 
 
 def _parts(time_s: Array) -> npt.NDArray[np.intp]:
-    """Which part of the recording rows at these times (rows,) are in, as many rows in each."""
-    return np.searchsorted(np.quantile(time_s, np.arange(1, PARTS) / PARTS), time_s)
+    """Which part of the recording rows at these times (rows,) are in."""
+    return np.asarray((time_s - time_s.min()) // PIECE_S % PARTS, dtype=np.intp)
 
 
 def log_twice_above(sure: float) -> float:

@@ -38,9 +38,10 @@ def balances_at_level(
     robot: Robot,
     ropes_in_world: Array,
     granted: Mapping[str, Mapping[str, float]],
+    sound: Mapping[str, RawGroup] | None = None,
 ) -> Balances:
     """`groups.balances_of`, divided by the noise that the recording itself shows."""
-    return levelled(balances_of(data, robot, ropes_in_world, granted))
+    return levelled(balances_of(data, robot, ropes_in_world, granted, sound))
 
 
 def levelled(balances: Balances) -> Balances:

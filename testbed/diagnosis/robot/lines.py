@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.evidence import PIECE_S, RawGroup
 from testbed.diagnosis.robot.friction import areas
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES
@@ -51,7 +51,7 @@ class Line:
         least_n *= scale.times("N")
         return RawGroup(
             missing=self.parts.ravel(),
-            time_s=np.repeat([0.0, 1.0], 2),
+            time_s=np.repeat([0.0, PIECE_S], 2),
             noise=np.diag(np.repeat(RESTLESS * self.variance + least_n**2, 2)),
             tolerated=np.zeros((4, 1)),
             rows_of=lambda change: np.tile(change.line.get(i, nothing), 2),

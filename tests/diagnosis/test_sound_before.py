@@ -1,0 +1,42 @@
+"""What a recording from before, when nothing was wrong with the robot, adds to its diagnosis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from testbed.benchmarks.diagnosis.robot_draws import drawn
+from testbed.benchmarks.diagnosis.robot_recordings import simulated
+from testbed.benchmarks.diagnosis.robot_trials import balances_in
+from testbed.diagnosis.robot.diagnose import judged
+from testbed.errors import InputError
+from testbed.workflows.diagnose import Wanted, diagnose_folder
+
+FAINT = 7161
+"""A run whose sensor line is too slow by too little for a machine that knows its drawing alone."""
+
+
+def test_before_anything_is_hidden_it_is_the_same_machine_at_the_same_place() -> None:
+    case = drawn(FAINT)
+    now = case.scenario()
+    for before in case.before():
+        assert not before.undeclared
+        assert now.undeclared
+        assert before.machine == now.machine
+        assert before.terrain == now.terrain
+        assert before.seed != now.seed
+
+
+def test_a_rig_has_no_recording_from_before(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--sound"):
+        diagnose_folder(tmp_path, tmp_path / "out", Wanted(sound=tmp_path))
+
+
+@pytest.mark.long
+def test_a_recording_from_before_lets_a_faint_effect_be_named() -> None:
+    case = drawn(FAINT)
+    run, before = simulated(case.scenario()), simulated(next(case.before()))
+    alone, both = (judged("run", balances_in(run, known)).verdict for known in (None, before))
+    assert alone.kind == "none"
+    assert both.chosen.names == case.truth
