@@ -202,6 +202,10 @@ def _choose(
     return form, chosen
 
 
+ROUNDING = 1e-6
+"""An error below this share of the forces is none."""
+
+
 def choose_form(evidence: Evidence, unknown: Sequence[Unknown]) -> tuple[str, float]:
     """(the simplest form that predicts what is set aside as well as any, its squared error, N2).
 
@@ -209,9 +213,10 @@ def choose_form(evidence: Evidence, unknown: Sequence[Unknown]) -> tuple[str, fl
     apart.
     """
     forms = PARTS if _spans(evidence) else {"coulomb": PARTS["coulomb"]}
+    rounding = ROUNDING**2 * float(np.sum(evidence.force_n**2))
     best, chosen = np.inf, "coulomb"
     for form in forms:
-        squares = held_out(evidence, unknown, form)
+        squares = max(held_out(evidence, unknown, form), rounding)
         if squares < WORTH**2 * best:
             best, chosen = squares, form
     return chosen, best
