@@ -11,15 +11,11 @@ import numpy as np
 import pytest
 
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.forces import (
-    OF_A_SOUND_MACHINE,
-    left_by_motions,
-    swings,
-    taken_by_stops,
-)
+from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE
 from testbed.diagnosis.robot.friction import side_growth
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.levels import left_by, level_of
+from testbed.diagnosis.robot.motion_noise import left_by_motions, swings, taken_by_stops
 from testbed.diagnosis.robot.oil import Oil, displaced
 from testbed.effects.force_cushion import BEYOND_M, Cushion
 from testbed.effects.hydraulics_air import compliance_1_pa, free_share

@@ -13,6 +13,15 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.friction import side_growth
+from testbed.diagnosis.robot.motion_noise import (
+    left_by_motions,
+    piston_n,
+    shaken_n,
+    swings,
+    switched_n,
+    taken_by_stops,
+    turns,
+)
 from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.effects import ALL
 from testbed.effects.friction_position import PositionFriction
@@ -44,10 +53,6 @@ HELD_ALIKE, HELD_EACH = 2.0, 0.5
 (B).
 """
 HAMMER_SHARE = 0.04
-END_SHARE = 0.005
-"""A piston within this share of its stroke of either end may lie at its stop (E)."""
-TURNING_BINS = 2
-"""A piston turns round within so many bins to either side."""
 
 
 @dataclass(frozen=True)
@@ -194,7 +199,7 @@ def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:
     """What stuck seals take up of changing loads before they break away: as springs beside the
     oil's, of all alike and of each.
     """
-    piston = _piston(seen)
+    piston = piston_n(seen)
     stuck = (1.0 - np.abs(seen.direction)) * (piston - piston.mean(axis=0))
     yield Tolerated(
         Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE, passing=True
@@ -312,10 +317,10 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
     shaken = seen.line_n > SHAKEN_SHARE * dry  # a piston that is shaken has friction of both senses
     spread = np.hypot(spread, seen.line_n + dry * shaken)
     anew = np.hypot(known.turning_share * turns(seen.direction), known.quick_share) * dry
-    anew = np.hypot(anew, known.switched_share * _switched(seen))
+    anew = np.hypot(anew, known.switched_share * switched_n(seen))
     if known.shaken_share > 0.0:
-        to_and_fro = known.shaken_share * swings(_piston(seen))
-        held = (1.0 - share) * _shaken(seen)  # a stuck seal takes up what shakes
+        to_and_fro = known.shaken_share * swings(piston_n(seen))
+        held = (1.0 - share) * shaken_n(seen)  # a stuck seal takes up what shakes
         anew = np.hypot(anew, np.minimum(np.hypot(to_and_fro, held), dry))
     anew = np.hypot(anew, taken_by_stops(seen))
     age = friction_age(seen, share, dry, known)
@@ -336,7 +341,7 @@ def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -
     """(n, 12) how much friction's deviation has been renewed, in memories: by time, and at rest by
     changing loads, of which a stuck seal takes up its part.
     """
-    piston = _piston(seen)
+    piston = piston_n(seen)
     step = float(seen.time_s[1] - seen.time_s[0])
     changed = np.abs(np.diff(piston, axis=0, prepend=piston[:1]))
     outside = np.column_stack([seen.thrust_n, seen.tension_n])
@@ -346,65 +351,3 @@ def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -
     news = np.maximum(changed - known.news_n, 0.0) / (known.news_share * dry)
     resting = (1.0 - share) * (step / known.rest_memory_s + news)
     return np.asarray(np.cumsum(share * step / known.memory_s + resting, axis=0))
-
-
-def _piston(seen: RobotSeen) -> Array:
-    """(n, 12) force of the pistons, N."""
-    return seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
-
-
-def taken_by_stops(seen: RobotSeen) -> Array:
-    """(n, 12) force that an end stop may take, N: as much as the oil can push, where the piston may
-    lie at it.
-    """
-    from_end = np.minimum(seen.extension_m, seen.stroke_m - seen.extension_m)
-    most = seen.supply_pa[:, None] * seen.area_a_m2
-    return np.asarray(np.where(from_end < END_SHARE * seen.stroke_m, most, 0.0))
-
-
-def _switched(seen: RobotSeen) -> Array:
-    """(n, 12) by how much the force of a piston changes from bin to bin about each bin, N."""
-    piston = _piston(seen)
-    changed = np.abs(np.diff(piston, axis=0, prepend=piston[:1]))
-    later = np.vstack([changed[1:], changed[-1:]])
-    return np.asarray(np.maximum(changed, later))
-
-
-def swings(values: Array) -> Array:
-    """(n, k) by how much values (n, k) leave the straight line through the bins beside them, the
-    most of each bin and its neighbours: what shakes, or an impact.
-    """
-    off = np.zeros_like(values)
-    off[1:-1] = np.abs(values[1:-1] - 0.5 * (values[2:] + values[:-2]))
-    near = np.vstack([off[:1], off, off[-1:]])
-    return np.asarray(np.maximum(np.maximum(near[:-2], near[2:]), off))
-
-
-def _shaken(seen: RobotSeen) -> Array:
-    """(n, 1) a foot's part of the force that the whole machine's shaking asks for, N."""
-    force = np.einsum("nij,nj->ni", seen.asked_by_gravity[:, :3], swings(seen.gravity))
-    return np.asarray(np.linalg.norm(force, axis=1, keepdims=True) / seen.foot_m.shape[1])
-
-
-def left_by_motions(seen: RobotSeen) -> Array:
-    """(n, 12, 6) how the pistons slide when the body moves along and turns about its axes on its
-    feet, by their root mean square: what friction of stuck seals is left by such a motion.
-    """
-    legs = seen.foot_m.shape[1]
-    turned = -np.cross(seen.foot_m[:, :, None, :], np.eye(3))  # of a foot, by unit turns (3)
-    moved = np.broadcast_to(np.eye(3), turned.shape)
-    ways = np.concatenate([moved, turned], axis=2)  # (n, 4, 6, 3) of the body under each foot
-    joints = -np.linalg.solve(seen.foot_by_joint, np.swapaxes(ways, 2, 3))
-    pistons = joints.reshape(seen.bins, legs * 3, 6) * seen.arm_m[:, :, None]
-    size = np.sqrt(np.mean(pistons**2, axis=1, keepdims=True))
-    return np.asarray(np.clip(pistons / size, -1.0, 1.0))
-
-
-def turns(direction: Array) -> Array:
-    """(n, 12) how far a piston turns round about a bin: half the span of its sense over the bins
-    beside it, 0 to 1.
-    """
-    n = len(direction)
-    beside = [np.clip(np.arange(n) + k, 0, n - 1) for k in range(-TURNING_BINS, TURNING_BINS + 1)]
-    near = np.array([direction[index] for index in beside])
-    return np.asarray(0.5 * (near.max(axis=0) - near.min(axis=0)))

@@ -158,13 +158,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     swept = bins.speed_m_s[:, i, None] * np.array([areas[0], -areas[1]])
     leaking = np.exp(axis.seal.viscosity_rate_1_k * (bins.oil_degc - oil.declared_at_degc))
     across = (leaking * (p[:, 0] - p[:, 1]))[:, None] * np.array([-1.0, 1.0])
-    valve = axis.valve
-    leaks = np.array(
-        [
-            [valve.edge_pa_leakage_m3_s_pa, valve.edge_at_leakage_m3_s_pa],
-            [valve.edge_pb_leakage_m3_s_pa, valve.edge_bt_leakage_m3_s_pa],
-        ]
-    )
+    valve, leaks = axis.valve, _edge_leaks(axis.valve)
     edge = leaking[:, None, None] * np.stack([bins.supply_pa[:, None] - p, tank - p], axis=2)
     hoses = [
         frame.mean(hose_flow_m3_s(samples[0], 1.0, time, frame.period_s)) for time in HOSE_TIMES_S
@@ -198,6 +192,16 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_softness=squeezed,
         by_hose=np.stack([np.column_stack([flow, np.zeros(bins.count)]) for flow in hoses], axis=1),
         by_edge_leak=-edge,
+    )
+
+
+def _edge_leaks(valve: Valve) -> Array:
+    """(2, 2) leakage of each chamber's edges from the supply and to the tank, m3/(s Pa)."""
+    return np.array(
+        [
+            [valve.edge_pa_leakage_m3_s_pa, valve.edge_at_leakage_m3_s_pa],
+            [valve.edge_pb_leakage_m3_s_pa, valve.edge_bt_leakage_m3_s_pa],
+        ]
     )
 
 
