@@ -17,6 +17,7 @@ from testbed.diagnosis.robot.motion_noise import (
     left_by_motions,
     piston_n,
     shaken_n,
+    slides_surely,
     swings,
     switched_n,
     taken_by_stops,
@@ -200,13 +201,13 @@ def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:
     oil's, of all alike and of each.
     """
     piston = piston_n(seen)
-    stuck = (1.0 - np.abs(seen.direction)) * (piston - piston.mean(axis=0))
+    at_rest = 1.0 - slides_surely(seen.direction)
+    stuck = at_rest * (piston - piston.mean(axis=0))
     yield Tolerated(
         Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE, passing=True
     )
     for i in range(len(AXES)):
         yield Tolerated(Change(force={i: stuck[:, i]}), HELD_EACH, passing=True)
-    at_rest = 1.0 - np.abs(seen.direction)
     pushed = {i: at_rest[:, i] * seen.thrust_n / len(VERTICAL) for i in VERTICAL}
     yield Tolerated(Change(force=pushed), HELD_THRUST, passing=True)
 
@@ -279,7 +280,7 @@ def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
 def lasting_of(balance: BodyBalance, known: ForceNoise) -> Array:
     """The part of the noise that stuck seals hold: see noise_of."""
     seen, (bins, rows) = balance.seen, np.nonzero(balance.counted)
-    share = np.abs(seen.direction)
+    share = slides_surely(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
     age = friction_age(seen, share, dry, known)[bins]
     stuck = balance.by_force[bins, rows] * ((1.0 - share) * dry)[bins]
@@ -311,7 +312,7 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
     out += np.where(same_row, np.exp(-apart / known.memory_s), 0.0) * np.outer(white, white)
     blows = HAMMER_SHARE * np.abs(seen.thrust_n)[bins] * (rows == 2)
     out += np.diag(blows**2)
-    share = np.abs(seen.direction)
+    share = slides_surely(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
     spread = (known.sliding_share * share + known.rest_share * (1.0 - share)) * dry
     shaken = seen.line_n > SHAKEN_SHARE * dry  # a piston that is shaken has friction of both senses

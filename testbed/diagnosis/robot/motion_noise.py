@@ -12,6 +12,10 @@ from testbed.effects.signature import RobotSeen
 Array = npt.NDArray[np.float64]
 END_SHARE = 0.005
 """A piston within this share of its stroke of either end may lie at its stop (E)."""
+SURE_BINS = 1
+"""A piston slides surely in a bin where it does in so many to either side as well: a slide that is
+over within a bin was partly at rest there.
+"""
 TURNING_BINS = 2
 """A piston turns round within so many bins to either side."""
 
@@ -66,6 +70,16 @@ def left_by_motions(seen: RobotSeen) -> Array:
     pistons = joints.reshape(seen.bins, legs * 3, 6) * seen.arm_m[:, :, None]
     size = np.sqrt(np.mean(pistons**2, axis=1, keepdims=True))
     return np.asarray(np.clip(pistons / size, -1.0, 1.0))
+
+
+def slides_surely(direction: Array) -> Array:
+    """(n, 12) share, 0 to 1, to which a piston slides in one sense throughout a bin: the least of
+    it and of those beside it.
+    """
+    n = len(direction)
+    beside = [np.clip(np.arange(n) + k, 0, n - 1) for k in range(-SURE_BINS, SURE_BINS + 1)]
+    same = np.array([direction[index] for index in beside]) * np.sign(direction)
+    return np.asarray(np.clip(same.min(axis=0), 0.0, 1.0))
 
 
 def turns(direction: Array) -> Array:

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from testbed.compiled import njit
 from testbed.diagnosis.robot.bins import EDGE_S, Bins, Frame
 from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.motion_noise import slides_surely
 from testbed.diagnosis.robot.rig import through_amplifier
 from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.effects.hydraulics_air import free_share
@@ -35,7 +36,11 @@ Array = npt.NDArray[np.float64]
 WHITE_M3_S = 2.0e-6
 """Noise of a bin beside the encoder's rounding (E)."""
 PLAY_S = 0.5
-"""For how long a joint stays where it is within its play while it turns round (E)."""
+"""In about this time a joint goes from one place within its play to another while it rests or turns
+round (E).
+"""
+HUNTING = 1.5
+"""Joints that hunt within their play are those that have much of it, and go from end to end (E)."""
 STILL_SHARE = 0.15
 """Share of an encoder's rounding that is left between two edges at which it reads the same (E)."""
 VALVE_SHARE, MEMORY_S = 0.03, 0.5
@@ -226,17 +231,14 @@ def _rounding(bins: Bins, i: int, axis: Axis) -> Array:
 
 def _play(bins: Bins, i: int, axis: Axis) -> Array:
     """(n + 1,) m, standard deviation of where a joint is within its play at the edges of the bins:
-    known while it slides, unknown between sliding one way and the other.
+    known while it surely slides, unknown while it turns round, rests or hunts.
     """
-    sd = standard_deviation("joint.play@*.half_width")
     if axis.joint != "rotation":
         return np.zeros(bins.count + 1)
-    way = np.sign(bins.direction[:, i])
-    index = np.arange(bins.count)
-    last = np.maximum.accumulate(np.where(way != 0.0, index, 0))
-    following = np.minimum.accumulate(np.where(way != 0.0, index, bins.count - 1)[::-1])[::-1]
-    before, after = np.append(way[:1], way[last]), np.append(way[following], way[-1:])
-    return np.asarray(sd * np.abs(_at_edges(bins.arm_m[:, i])) * (before * after < 0.0))
+    sd = HUNTING * standard_deviation("joint.play@*.half_width")
+    surely = slides_surely(bins.direction[:, i, None])[:, 0]
+    before, after = np.append(surely[:1], surely), np.append(surely, surely[-1:])
+    return np.asarray(sd * np.abs(_at_edges(bins.arm_m[:, i])) * (1.0 - np.minimum(before, after)))
 
 
 def _at_edges(values: Array) -> Array:
@@ -333,10 +335,12 @@ def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
     """The group of cylinder i: chamber A's bins, then B's."""
     nothing, axis = np.zeros_like(oil.missing), machine.axes[AXES[i]]
     columns = [sd * c.T.ravel() for c, sd in tolerated(oil, axis, machine.scale) if sd > 0.0]
+    playing = swept(oil, played(oil, time_s))
     return RawGroup(
         missing=oil.missing.T.ravel(),
         time_s=np.tile(time_s, 2),
-        noise=noise_of(oil, time_s, machine.scale.times("m3/s")),
+        noise=noise_of(oil, time_s, machine.scale.times("m3/s")) + playing,
+        lasting=playing,
         tolerated=np.column_stack(columns),
         rows_of=lambda change: change.oil.get(i, nothing).T.ravel(),
     )
@@ -359,16 +363,26 @@ def noise_of(oil: Oil, time_s: Array, flows: float) -> Array:
         out[own, own] += lasts * np.outer(size[:, k], size[:, k])
     both = off.T.ravel()
     out += np.tile(lasts, (2, 2)) * np.outer(both, both)
-    out += np.kron(np.outer(oil.swept_m2, oil.swept_m2), displaced(oil, time_s))
-    return np.asarray(out)
+    return np.asarray(out + swept(oil, np.diag(oil.rounding_m**2) / _step(time_s) ** 2))
 
 
-def displaced(oil: Oil, time_s: Array) -> Array:
-    """Covariance (n, n) of the piston's mean speed over a bin, m2/s2: of the places at its two
-    edges.
+def swept(oil: Oil, places: Array) -> Array:
+    """Covariance (2 n, 2 n) of the flows that go with places (n + 1, n + 1), m2/s2, of the piston
+    at the bins' edges: what it sweeps in a bin goes from one to the next.
     """
-    step = float(np.median(np.diff(time_s)))
-    apart = step * np.abs(np.subtract.outer(range(len(time_s) + 1), range(len(time_s) + 1)))
-    place = np.diag(oil.rounding_m**2)
-    place += np.exp(-apart / PLAY_S) * np.outer(oil.play_m, oil.play_m)
-    return np.asarray(np.diff(np.diff(place, axis=0), axis=1) / step**2)
+    speeds = np.diff(np.diff(places, axis=0), axis=1)
+    return np.kron(np.outer(oil.swept_m2, oil.swept_m2), speeds)
+
+
+def played(oil: Oil, time_s: Array) -> Array:
+    """Covariance (n + 1, n + 1) of the piston's place within its joint's play, by the bins' length
+    squared, m2/s2.
+    """
+    edges, step = np.arange(len(time_s) + 1), _step(time_s)
+    apart = step * np.abs(np.subtract.outer(edges, edges)) / PLAY_S
+    creeps = (1.0 + apart) * np.exp(-apart)  # with a speed that lasts
+    return np.asarray(creeps * np.outer(oil.play_m, oil.play_m) / step**2)
+
+
+def _step(time_s: Array) -> float:
+    return float(np.median(np.diff(time_s)))
