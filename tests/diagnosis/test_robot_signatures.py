@@ -70,8 +70,9 @@ def balanced(
 
 def other(data: dict[str, Array], bins: Bins, body: Robot) -> OtherSigns:
     """Oil and supply of a recording, no lines."""
-    oils = oil_of(data, bins, Frame.of(data["t"]), body)
-    return OtherSigns(oils, supply_of(oils, bins, body.machine), np.ones(12), np.zeros(12))
+    frame = Frame.of(data["t"])
+    oils = oil_of(data, bins, frame, body)
+    return OtherSigns(oils, supply_of(oils, bins, frame, body.machine, np.zeros(bins.count)), np.ones(12), np.zeros(12))
 
 
 @cache

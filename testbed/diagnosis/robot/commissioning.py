@@ -133,7 +133,7 @@ def _balance(
     bins = unbiased(bins_of(data, robot))
     oils = oil_of(data, bins, frame, robot)
     none = np.zeros(len(AXES))
-    other = OtherSigns(oils, supply_of(oils, bins, robot.machine), none, none)
+    other = OtherSigns(oils, supply_of(oils, bins, frame, robot.machine, np.zeros(bins.count)), none, none)
     return bins, balance_of(bins, other, robot, ropes_in_world)
 
 

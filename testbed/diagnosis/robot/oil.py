@@ -67,6 +67,18 @@ WIDE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
+class Asks:
+    """What a cylinder asks of the supply, by sample."""
+
+    load_pa: Array
+    """(3, samples) pressure behind the port that its valve opens to the supply, were the overlap as
+    declared, at the least and at the most of its tolerance; 0 while it opens none.
+    """
+    drawn_m3_s: Array
+    """(samples,)"""
+
+
+@dataclass(frozen=True, eq=False)
 class Oil:
     """One cylinder's oil in n bins; arrays (n, 2) are of chambers A and B, m3/s into the
     chamber.
@@ -79,6 +91,7 @@ class Oil:
     """
     from_supply: Array
     """Believed flow from the supply; `to_tank` likewise (negative)."""
+    asks: Asks
     to_tank: Array
     by_spool: Array
     """What the balance misses by a spool that is one whole travel less far out than believed;
@@ -135,10 +148,13 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     supply = np.asarray(data["supply_pressure"], dtype=float)
     tank = machine.power_unit.tank_pressure_pa
 
-    def through(shift: float, wider: float, more_pa: float = 0.0) -> tuple[Array, Array]:
+    def of_samples(shift: float, wider: float, more_pa: float) -> list[tuple[Array, Array]]:
         overlap = axis.valve.deadband + wider
         read = (samples[0] + more_pa, samples[1] + more_pa, supply)
-        found = [_valve(axis, k, place + shift, overlap, read, tank) for k in range(2)]
+        return [_valve(axis, k, place + shift, overlap, read, tank) for k in range(2)]
+
+    def through(shift: float, wider: float, more_pa: float = 0.0) -> tuple[Array, Array]:
+        found = of_samples(shift, wider, more_pa)
         return tuple(np.column_stack([frame.mean(one[side]) for one in found]) for side in range(2))  # type: ignore[return-value]
 
     supplied, drained = through(0.0, 0.0)
@@ -182,6 +198,10 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         missing=missing,
         from_supply=supplied,
         to_tank=drained,
+        asks=Asks(
+            np.array([_load(place, axis.valve.deadband + more, samples) for more in _overlaps(axis)]),
+            np.sum([fed for fed, _ in of_samples(0.0, 0.0, 0.0)], axis=0),
+        ),
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
         by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
         by_reading=(over[0] + over[1] - supplied - drained) / READING_STEP_PA,
@@ -197,6 +217,19 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_softness=squeezed,
         by_hose=np.stack([np.column_stack([flow, np.zeros(bins.count)]) for flow in hoses], axis=1),
         by_edge_leak=-edge,
+    )
+
+
+def _overlaps(axis: Axis) -> tuple[float, float, float]:
+    """By how much the overlap may differ from what is declared: none, its least, its most."""
+    off = 2.0 * standard_deviation("axes.*.valve.deadband", axis.valve.deadband)
+    return 0.0, -off, off
+
+
+def _load(place: Array, overlap: float, pressures_pa: list[Array]) -> Array:
+    """(samples,) pressure behind the port that a spool at these places opens to the supply."""
+    return np.where(
+        place > overlap, pressures_pa[0], np.where(place < -overlap, pressures_pa[1], 0.0)
     )
 
 

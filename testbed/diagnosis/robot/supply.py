@@ -1,4 +1,9 @@
-"""The power unit: what its supply pressure is believed to be less what is measured, over bins."""
+"""The power unit: what its supply pressure is believed to be less what is measured, over bins.
+
+The pressure that the pump works towards is followed sample by sample: of a load-sensing one the
+highest load behind an open port and its margin. What is measured comes after it, up as fast as the
+pump, down as fast as oil is drawn and leaks.
+"""
 
 from __future__ import annotations
 
@@ -8,26 +13,44 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.bins import Bins
+from testbed.compiled import njit
+from testbed.diagnosis.robot.bins import Bins, Frame
 from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.motion_noise import swings
 from testbed.diagnosis.robot.oil import Oil
 from testbed.laws.supply import LOAD_SENSING
 from testbed.machine.model import Machine
 
 Array = npt.NDArray[np.float64]
-SUPPLY_WHITE_PA, SUPPLY_SLOW_PA, SUPPLY_S = 5.0e4, 1.0e5, 1.0
+SUPPLY_WHITE_PA, SUPPLY_SLOW_PA, SUPPLY_S = 2.0e4, 6.0e4, 1.0
 """What the supply pressure of a sound unit misses: noise, and slowly, by its pump and accumulator
 (E).
 """
-DRAWN_SHARE = 0.05
-"""... and by this share of itself while all its flow is drawn."""
-SURGE_PA, SWITCH_SHARE, SURGE_S, SURGE_BINS = 2.0e7, 0.5, 0.2, 4
-"""What the supply pressure surges by where all flow is shut off at once, and by which share of what
-is asked of it it lags behind; for how long, and over how many bins about a change (E).
+FLOW_SHARE = 0.08
+"""... and by a pump that gives less by this share (E)."""
+SURGE_PA, SURGE_S, SURGE_BINS = 2.0e6, 0.2, 2
+"""What the supply pressure surges by where all flow is shut off at once; for how long, and over how
+many bins about a change (E).
 """
-SET_SHARE, SENSING_SHARE, OPEN_M3_S = 0.01, 0.3, 1.0e-7
-"""A set pressure is set to this share; a load-sensing margin holds to that share from bin to bin
-(E).
+SWITCH_SHARE, SHAKEN_SHARE = 0.1, 0.7
+"""By which share of what is asked of it, where that changes, the pressure differs; and by which of
+what it leaves straight lines from bin to bin: a pump that gives little is hardly damped (E).
+"""
+HAULED_SHARE, HAULING_N, HAULING_BINS = 0.4, 1000.0, 5
+"""Traction devices that haul draw as well, and nobody measures it: the pressure is known to that
+share where a rope's tension changes by so much within so many bins to either side (E).
+"""
+PUMP_S, FALL_SHARE = 0.01, 0.6
+"""A pump fills a stiff line in this time; air makes the line softer than its oil by this (E)."""
+SET_SHARE = 0.01
+"""A set pressure is set to this share (E)."""
+CAPS = (0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.6)
+"""Shares of the set pressure and of the full flow, of which the one that fits best is what a weak
+pump is sought at.
+"""
+SUNK_SHARE, SINKING = 0.35, 0.05
+"""By which share the pressure sinks where more is asked of a pump than it gives, over so much of
+its flow (E).
 """
 
 
@@ -38,6 +61,8 @@ class Supply:
     missing: Array
     by_pressure: Array
     by_flow: Array
+    by_giving: Array
+    """What the pump's own scatter makes of it."""
     drawn_m3_s: Array
     """Flow that all cylinders draw together."""
     noise: Array
@@ -49,46 +74,114 @@ class Supply:
             missing=self.missing,
             time_s=time_s,
             noise=self.noise,
-            tolerated=np.column_stack([DRAWN_SHARE * self.by_flow, SET_SHARE * self.by_pressure]),
+            tolerated=np.column_stack([self.by_giving, SET_SHARE * self.by_pressure]),
             rows_of=lambda change: nothing if change.supply is None else change.supply,
         )
 
 
-def supply_of(oils: Sequence[Oil], bins: Bins, machine: Machine) -> Supply:
-    """The group of the power unit. A load-sensing one stands its margin above the highest load of
-    the open ports.
+def supply_of(
+    oils: Sequence[Oil], bins: Bins, frame: Frame, machine: Machine, hauled_m3_s: Array
+) -> Supply:
+    """The group of the power unit; `hauled_m3_s` (n,): what the traction devices draw beside the
+    cylinders.
     """
     unit = machine.power_unit
-    top = unit.supply_pressure_pa
-    believed, by_pressure = np.full(bins.count, top), np.full(bins.count, top)
-    if unit.supply_kind == LOAD_SENSING:
-        ports = (bins.pressure_a_pa, bins.pressure_b_pa)
-        fed = (
-            np.stack([one.from_supply for one in oils], axis=1)
-            > machine.scale.times("m3/s") * OPEN_M3_S
-        )
-        loads = np.stack(ports, axis=2) * fed
-        asked = loads.max(axis=(1, 2)) + unit.load_sensing_margin_pa
-        believed = np.where(fed.any(axis=(1, 2)), np.minimum(asked, top), unit.standby_pressure_pa)
-        by_pressure = np.where(asked > top, top, 0.0)
     drawn = np.sum([one.from_supply.sum(axis=1) for one in oils], axis=0)
+    believed, unsure, by_pressure = _believed(oils, bins, frame, machine)
     share = np.clip(drawn / unit.full_flow_m3_s, 0.0, 1.5)
-    by_flow = believed * share**2
+    whole = (drawn + hauled_m3_s) / unit.full_flow_m3_s
+    giving = unit.compensator_band_pa * share
+    by_flow = _best(
+        [
+            giving + believed * SUNK_SHARE * np.clip((whole - f) / SINKING, 0.0, 1.0) / (1.0 - f)
+            for f in CAPS
+        ],
+        believed - bins.supply_pa,
+    )
     apart = np.abs(bins.time_s[:, None] - bins.time_s[None, :])
     noise = SUPPLY_WHITE_PA**2 * np.eye(bins.count)
     noise += SUPPLY_SLOW_PA**2 * np.exp(-apart / SUPPLY_S)
-    surge = SURGE_PA * _swing(share) + SWITCH_SHARE * _swing(believed)
-    noise += np.diag(surge**2) + np.exp(-apart / SURGE_S) * np.outer(surge, surge)
-    if unit.supply_kind == LOAD_SENSING:
-        noise += (SENSING_SHARE * unit.load_sensing_margin_pa) ** 2 * (
-            np.exp(-apart / SUPPLY_S) + np.eye(bins.count)
-        )
-    return Supply(believed - bins.supply_pa, by_pressure, by_flow, drawn, noise)
+    hauls = _swing(bins.tension_n, HAULING_BINS).max(axis=1) / machine.scale.times("N")
+    surges = (
+        SURGE_PA * _swing(share, SURGE_BINS),
+        SWITCH_SHARE * _swing(believed, SURGE_BINS),
+        SHAKEN_SHARE * swings(bins.supply_pa[:, None])[:, 0],
+        HAULED_SHARE * believed * np.clip(hauls / HAULING_N - 0.2, 0.0, 1.0),
+        unsure,
+    )
+    surge = np.linalg.norm(surges, axis=0)
+    noise += 0.5 * np.diag(surge**2)
+    noise += 0.5 * np.exp(-apart / SURGE_S) * np.outer(surge, surge)
+    return Supply(
+        believed - bins.supply_pa, by_pressure, by_flow, FLOW_SHARE * giving, drawn, noise
+    )
 
 
-def _swing(values: Array) -> Array:
-    """(n,) how far values (n,) swing about each bin."""
+def _believed(
+    oils: Sequence[Oil], bins: Bins, frame: Frame, machine: Machine
+) -> tuple[Array, Array, Array]:
+    """The pressure that is believed, by how much overlaps make it unsure, and by how much more it
+    is for a set pressure that is higher by one of itself, (n,) each, Pa.
+    """
+    unit = machine.power_unit
+    top = unit.supply_pressure_pa
+    if unit.supply_kind != LOAD_SENSING:
+        whole = np.full(bins.count, top)
+        return whole, np.zeros(bins.count), whole
+    loads = np.stack([one.asks.load_pa for one in oils]).max(axis=0)
+    drawn = np.sum([one.asks.drawn_m3_s for one in oils], axis=0)
+
+    def followed(load: Array, cap: float) -> Array:
+        asked = np.clip(load + unit.load_sensing_margin_pa, unit.standby_pressure_pa, top * cap)
+        wanted = np.where(load > 0.0, asked, unit.standby_pressure_pa)
+        lags = unit.load_sensing_lag_s, PUMP_S
+        fall = FALL_SHARE * machine.oil.bulk_modulus_pa / unit.line_volume_m3
+        leak = unit.case_leakage_m3_s_pa
+        given = _follows(wanted, drawn, lags, (leak, fall), frame.period_s)
+        return frame.mean(given - unit.compensator_band_pa * drawn / unit.full_flow_m3_s)
+
+    believed, least, most = (followed(load, 1.0) for load in loads)
+    unsure = np.maximum(np.abs(least - believed), np.abs(most - believed))
+    capped = [(believed - followed(loads[0], cap)) / (1.0 - cap) for cap in CAPS]
+    return believed, unsure, _best(capped, believed - bins.supply_pa)
+
+
+def _best(lacks: Sequence[Array], missing: Array) -> Array:
+    """Of what the pressure lacks (n,) by one whole factor, were it each of CAPS, that which leaves
+    least of what is missing (n,).
+    """
+    left = [
+        np.sum(np.abs(missing - (1.0 - cap) * by)) for cap, by in zip(CAPS, lacks, strict=True)
+    ]
+    return lacks[int(np.argmin(left))]
+
+
+@njit
+def _follows(
+    wanted_pa: Array,
+    drawn_m3_s: Array,
+    lags_s: tuple[float, float],
+    falls: tuple[float, float],
+    period_s: float,
+) -> Array:
+    """(samples,) pressure of a line whose pump is asked for `wanted_pa`; `lags_s`: of sensing and
+    of the pump; `falls`: leakage of the line, m3/(s Pa), and its stiffness, Pa/m3.
+    """
+    out = np.empty_like(wanted_pa)
+    sensing = 1.0 - np.exp(-period_s / lags_s[0])
+    pumping = 1.0 - np.exp(-period_s / lags_s[1])
+    demand = pressure = wanted_pa[0]
+    for index in range(len(wanted_pa)):
+        demand += (wanted_pa[index] - demand) * sensing
+        change = (demand - pressure) * pumping
+        falling = period_s * falls[1] * (falls[0] * pressure + drawn_m3_s[index])
+        pressure += max(change, -falling)
+        out[index] = pressure
+    return out
+
+
+def _swing(values: Array, reach: int) -> Array:
+    """(n, ...) how far values (n, ...) swing within so many bins to either side of each."""
     bins = np.arange(len(values))
-    reach = range(-SURGE_BINS, SURGE_BINS + 1)
-    near = np.array([values[np.clip(bins + k, 0, len(values) - 1)] for k in reach])
+    near = np.array([values[np.clip(bins + k, 0, len(values) - 1)] for k in range(-reach, reach + 1)])
     return np.asarray(near.max(axis=0) - near.min(axis=0))
