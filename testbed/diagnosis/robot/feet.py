@@ -35,6 +35,10 @@ SLIPS_AT, SURELY_AT, SLIP_M, ROLLS = 0.15, 0.35, 1.5e-3, 0.15
 """A foot that uses more friction than the first may slip; from the second on by SLIP_M from bin to
 bin, and by a share ROLLS of it off the slope: a sound machine on its ground does, too (E).
 """
+GIVES_WAY_AT, GONE_AT, GOES_M = 0.45, 0.6, 8.0e-3
+"""Between these uses of friction the ground of a sound machine gives way, and a foot goes as far as
+that from bin to bin (E).
+"""
 LEAST_LOAD_N, AROUND = 1500.0, 3
 """A foot that carries less in one of so many bins to either side may be in the air."""
 NEAR_BINS = 5
@@ -142,7 +146,9 @@ def _slips(use: Array) -> Array:
     then, (n, 4); of ROBOCLIMBER.
     """
     most = _about(use, NEAR_BINS).max(axis=0)
-    return np.asarray(SLIP_M * np.clip((most - SLIPS_AT) / (SURELY_AT - SLIPS_AT), 0.0, 1.0))
+    slips = SLIP_M * np.clip((most - SLIPS_AT) / (SURELY_AT - SLIPS_AT), 0.0, 1.0)
+    goes = GOES_M * np.clip((most - GIVES_WAY_AT) / (GONE_AT - GIVES_WAY_AT), 0.0, 1.0)
+    return np.asarray(slips + goes)
 
 
 def _turned(s: Standing, balance: BodyBalance) -> list[Array]:

@@ -123,8 +123,8 @@ class Oil:
     swept_m2: Array
     """(2,) by a metre of the piston, into chambers A and B."""
     rounding_m: Array
-    """(n + 1,) standard deviation of the encoder's rounding at the bins' edges; `play_m` likewise
-    of where the joint is within its play.
+    """(n + 1,) standard deviation of the encoder's rounding at the bins' edges; `play_m` (2, n + 1)
+    likewise of where the joint is within its play, see _play.
     """
     play_m: Array
     by_edge_leak: Array
@@ -263,15 +263,20 @@ def _rounding(bins: Bins, i: int, axis: Axis) -> Array:
 
 
 def _play(bins: Bins, i: int, axis: Axis) -> Array:
-    """(n + 1,) m, standard deviation of where a joint is within its play at the edges of the bins:
-    known while it surely slides, unknown while it turns round, rests or hunts.
+    """(2, n + 1) m, standard deviation of where a joint is within its play at the edges of the
+    bins: where it rests or hunts, and where it turns round, from end to end.
     """
     if axis.joint != "rotation":
-        return np.zeros(bins.count + 1)
+        return np.zeros((2, bins.count + 1))
     sd = HUNTING * standard_deviation("joint.play@*.half_width")
     surely = slides_surely(bins.direction[:, i, None])[:, 0]
-    before, after = np.append(surely[:1], surely), np.append(surely, surely[-1:])
-    return np.asarray(sd * np.abs(_at_edges(bins.arm_m[:, i])) * (1.0 - np.minimum(before, after)))
+    rests = 1.0 - np.minimum(np.append(surely[:1], surely), np.append(surely, surely[-1:]))
+    way = np.sign(bins.direction[:, i])
+    index = np.arange(bins.count)
+    last = np.maximum.accumulate(np.where(way != 0.0, index, 0))
+    following = np.minimum.accumulate(np.where(way != 0.0, index, bins.count - 1)[::-1])[::-1]
+    turns = np.append(way[:1], way[last]) * np.append(way[following], way[-1:]) < 0.0
+    return np.asarray(sd * np.abs(_at_edges(bins.arm_m[:, i])) * np.array([rests, turns]))
 
 
 def _at_edges(values: Array) -> Array:
@@ -413,8 +418,10 @@ def played(oil: Oil, time_s: Array) -> Array:
     """
     edges, step = np.arange(len(time_s) + 1), _step(time_s)
     apart = step * np.abs(np.subtract.outer(edges, edges)) / PLAY_S
-    creeps = (1.0 + apart) * np.exp(-apart)  # with a speed that lasts
-    return np.asarray(creeps * np.outer(oil.play_m, oil.play_m) / step**2)
+    goes = np.exp(-apart)
+    creeps = (1.0 + apart) * goes  # with a speed that lasts
+    resting, turning = (np.outer(off, off) for off in oil.play_m)
+    return np.asarray((creeps * resting + goes * turning) / step**2)
 
 
 def _step(time_s: Array) -> float:
