@@ -68,6 +68,7 @@ LAB: dict[str, Callable[..., None]] = {
     "quiet-stand": lab.quiet_stand,
     "paper-sensitivity": lab.paper_sensitivity,
     "robot-diagnosis": lab.robot_diagnosis,
+    "plain-effects": lab.plain_effects,
     "bench-diagnosis": lab.bench_diagnosis,
     "quotes": lab.quotes,
     "warning-numbers": lab.warning_numbers,

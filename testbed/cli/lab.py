@@ -123,6 +123,31 @@ def robot_diagnosis(
     show(RobotBlindTest(runs, first_seed, Asked(recordings, second, closed)), out, jobs, json)
 
 
+def plain_effects(
+    out: Results,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run.")] = 3000,
+    sounds: Annotated[int, typer.Option(min=0, help="Sound machines in each scene.")] = 3,
+    before: Annotated[
+        bool, typer.Option(help="Give the diagnosis the same scene of the sound machine, too.")
+    ] = False,
+    effect: Annotated[
+        list[str] | None, typer.Option(help="A kind of effect; may be repeated. [all]")
+    ] = None,
+    recordings: Annotated[
+        Path | None, typer.Option(help="Folder where simulated runs are kept and taken from.")
+    ] = None,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Hide one plain effect of every kind in shipped scenes on drawn machines, and show what the
+    diagnosis says of each.
+    """
+    from testbed.benchmarks.diagnosis.robot_plain import PlainEffects
+
+    only = tuple(effect or ())
+    show(PlainEffects(first_seed, sounds, before, only, recordings), out, jobs, json)
+
+
 def quotes(
     root: Annotated[Path, typer.Argument(help="The project's folder.")] = Path(),
 ) -> None:

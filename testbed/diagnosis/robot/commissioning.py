@@ -25,6 +25,7 @@ from scipy.linalg import solve_triangular
 from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of, hanging
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of, lift_of
 from testbed.diagnosis.robot.forces import ForceNoise, Tolerated, noise_of, rows_of, tolerated
+from testbed.diagnosis.robot.hauling import Hauling
 from testbed.diagnosis.robot.oil import oil_of
 from testbed.diagnosis.robot.supply import supply_of
 from testbed.diagnosis.robot.tolerances import chance, standard_deviation
@@ -133,7 +134,7 @@ def _balance(
     bins = unbiased(bins_of(data, robot))
     oils = oil_of(data, bins, frame, robot)
     none = np.zeros(len(AXES))
-    other = OtherSigns(oils, supply_of(oils, bins, frame, robot.machine, np.zeros(bins.count)), none, none)
+    other = OtherSigns(oils, supply_of(oils, bins, frame, robot.machine, Hauling.none(bins.count)), none, none)
     return bins, balance_of(bins, other, robot, ropes_in_world)
 
 

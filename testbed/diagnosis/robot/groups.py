@@ -16,7 +16,7 @@ from testbed.diagnosis.robot import feet, forces, oil
 from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.evidence import RawGroup, Whitened
-from testbed.diagnosis.robot.hauling import hauled_m3_s
+from testbed.diagnosis.robot.hauling import hauling_of
 from testbed.diagnosis.robot.lines import lines_of
 from testbed.diagnosis.robot.supply import supply_of
 from testbed.diagnosis.robot.unexplained import ALL_UNEXPLAINED
@@ -106,7 +106,7 @@ def raw_groups(
     machine = robot.machine
     frame, bins = Frame.of(np.asarray(data["t"], dtype=float)), bins_of(data, robot)
     oils = oil.oil_of(data, bins, frame, robot)
-    supply = supply_of(oils, bins, frame, machine, hauled_m3_s(bins, robot, ropes_in_world))
+    supply = supply_of(oils, bins, frame, machine, hauling_of(bins, robot, ropes_in_world))
     lines = lines_of(data, machine)
     other = OtherSigns(
         oils,

@@ -4,6 +4,8 @@ the feet show how the body goes and the load pins how the ropes stretch.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
@@ -18,17 +20,49 @@ STANDS = 0.5
 """Share of a bin from which on a foot that is meant to carry shows the body's way."""
 
 
-def hauled_m3_s(bins: Bins, robot: Robot, ropes_in_world: Array) -> Array:
-    """(n,) flow into both traction devices that haul; `ropes_in_world` (2, 3) as surveyed."""
+SURELY_M_S = 8.0e-3
+"""A body that goes up its ropes faster than this is surely hauled, one that goes down so fast surely
+not (E).
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Hauling:
+    """What both traction devices ask of the supply in n bins, (n,) each."""
+
+    drawn_m3_s: Array
+    load_pa: Array
+    """Of those that haul; 0 where none does."""
+    unsure: Array
+    """0 to 1: how unsure it is whether one hauls; then it would ask for `perhaps_pa`."""
+    perhaps_pa: Array
+
+    @classmethod
+    def none(cls, bins: int) -> Hauling:
+        """A machine that does not haul."""
+        nothing = np.zeros(bins)
+        return cls(nothing, nothing, nothing, nothing)
+
+
+def hauling_of(bins: Bins, robot: Robot, ropes_in_world: Array) -> Hauling:
+    """How a recorded machine hauls itself; `ropes_in_world` (2, 3) as surveyed."""
     machine = robot.machine
     step_s = float(np.median(np.diff(bins.time_s)))
     stretch = ROPE_M / machine.rope.stiffness_ea_n * np.gradient(bins.tension_n, step_s, axis=0)
-    drawn = np.empty(bins.count)
+    speed = np.empty_like(bins.tension_n)
     for k in range(bins.count):
         _, jacobians = robot.model.feet(bins.joint[k])
         feet_m_s = -jacobians @ bins.joint_rate[k]
         stands = bins.carrying[k] > STANDS
         body_m_s = feet_m_s[stands].mean(axis=0) if stands.any() else np.zeros(3)
         ways = ropes_in_world @ rotation_from_attitude(bins.attitude_rad[k])
-        drawn[k] = np.maximum(ways @ body_m_s + stretch[k], 0.0).sum()
-    return drawn * machine.traction.piston_area_m2
+        speed[k] = ways @ body_m_s + stretch[k]
+    speed /= machine.scale.speed
+    area, loads = machine.traction.piston_area_m2, bins.tension_n / machine.traction.piston_area_m2
+    unsure = np.clip(1.0 - np.abs(speed) / SURELY_M_S, 0.0, 1.0)
+    return Hauling(
+        np.maximum(speed * machine.scale.speed, 0.0).sum(axis=1) * area,
+        np.where(speed > 0.5 * SURELY_M_S, loads, 0.0).max(axis=1),
+        unsure.max(axis=1),
+        loads.max(axis=1),
+    )

@@ -13,8 +13,8 @@ Array = npt.NDArray[np.float64]
 END_SHARE = 0.005
 """A piston within this share of its stroke of either end may lie at its stop (E)."""
 SURE_BINS = 1
-"""A piston slides surely in a bin where it does in so many to either side as well: a slide that is
-over within a bin was partly at rest there.
+"""A piston slides surely about a bin of a slide that lasts for this many bins to either side of
+one: what is over sooner was partly at rest.
 """
 TURNING_BINS = 2
 """A piston turns round within so many bins to either side."""
@@ -73,20 +73,25 @@ def left_by_motions(seen: RobotSeen) -> Array:
 
 
 def slides_surely(direction: Array) -> Array:
-    """(n, 12) share, 0 to 1, to which a piston slides in one sense throughout a bin: the least of
-    it and of those beside it.
+    """(n, k) share, 0 to 1, to which a piston slides in a bin that belongs to a slide which lasts;
+    `direction` (n, k) is its sense of sliding.
     """
-    n = len(direction)
-    beside = [np.clip(np.arange(n) + k, 0, n - 1) for k in range(-SURE_BINS, SURE_BINS + 1)]
-    same = np.array([direction[index] for index in beside]) * np.sign(direction)
-    return np.asarray(np.clip(same.min(axis=0), 0.0, 1.0))
+    same = _beside(direction, SURE_BINS) * np.sign(direction)
+    within = np.clip(same.min(axis=0), 0.0, 1.0) > 0.0
+    lasts = _beside(within, SURE_BINS).any(axis=0)
+    return np.asarray(np.abs(direction) * lasts)
+
+
+def _beside(values: npt.NDArray[np.generic], reach: int) -> Array:
+    """(2 reach + 1, n, k) values (n, k) of the bins about each bin."""
+    bins = np.arange(len(values))
+    near = [np.clip(bins + k, 0, len(values) - 1) for k in range(-reach, reach + 1)]
+    return np.array([values[index] for index in near])
 
 
 def turns(direction: Array) -> Array:
     """(n, 12) how far a piston turns round about a bin: half the span of its sense over the bins
     beside it, 0 to 1.
     """
-    n = len(direction)
-    beside = [np.clip(np.arange(n) + k, 0, n - 1) for k in range(-TURNING_BINS, TURNING_BINS + 1)]
-    near = np.array([direction[index] for index in beside])
+    near = _beside(direction, TURNING_BINS)
     return np.asarray(0.5 * (near.max(axis=0) - near.min(axis=0)))

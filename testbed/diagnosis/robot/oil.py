@@ -61,6 +61,8 @@ PRESSURE_OFF_PA = 1.5e5
 """A pressure drop across an edge is known to this: sensors, lines, a swing within a bin (E)."""
 HOSE_M3_PA = 3.0e-13
 """What hoses of any machine may take up, by each time in which they fill (E)."""
+HYSTERESIS_SDS = 1.5
+"""By so many standard deviations of its hysteresis a valve is tried (E)."""
 STEP, READING_STEP_PA = 1e-3, 2.0e4
 WIDE = 0.05
 """A wide overlap, beside the declared one: of the size that is looked for."""
@@ -112,6 +114,8 @@ class Oil:
     valve still lets through is cut off, not turned round.
     """
     by_wide_deadband: Array
+    by_hysteresis: Array
+    """By one standard deviation more of the valve's hysteresis than is expected."""
     by_leak: Array
     """Flow by 1 m3/(s Pa) of leakage across the piston."""
     by_air: Array
@@ -139,26 +143,31 @@ def oil_of(data: Mapping[str, Array], bins: Bins, frame: Frame, robot: Robot) ->
 def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot: Robot) -> Oil:
     machine, axis = robot.machine, robot.machine.axes[AXES[i]]
     time = np.asarray(data["t"], dtype=float)
-    command = through_amplifier(
-        np.asarray(data[f"valve_{AXES[i]}"], dtype=float), time, _expected(axis.valve)
-    )
-    rate_hz = 1.0 / frame.period_s
-    place = spool(command, rate_hz, axis.valve.natural_frequency_hz, axis.valve.damping)
+    ordered = np.asarray(data[f"valve_{AXES[i]}"], dtype=float)
+
+    def placed(valve: Valve) -> Array:
+        command = through_amplifier(ordered, time, valve)
+        return spool(command, 1.0 / frame.period_s, valve.natural_frequency_hz, valve.damping)
+
+    place, lagging = placed(_expected(axis.valve)), placed(_expected(axis.valve, HYSTERESIS_SDS))
     samples = [np.asarray(data[f"pressure_{c}_{AXES[i]}"], dtype=float) for c in "ab"]
     supply = np.asarray(data["supply_pressure"], dtype=float)
     tank = machine.power_unit.tank_pressure_pa
 
-    def of_samples(shift: float, wider: float, more_pa: float) -> list[tuple[Array, Array]]:
+    def of_samples(at: Array, wider: float, more_pa: float) -> list[tuple[Array, Array]]:
         overlap = axis.valve.deadband + wider
         read = (samples[0] + more_pa, samples[1] + more_pa, supply)
-        return [_valve(axis, k, place + shift, overlap, read, tank) for k in range(2)]
+        return [_valve(axis, k, at, overlap, read, tank) for k in range(2)]
 
-    def through(shift: float, wider: float, more_pa: float = 0.0) -> tuple[Array, Array]:
-        found = of_samples(shift, wider, more_pa)
+    def through(
+        shift: float, wider: float, more_pa: float = 0.0, at: Array = place
+    ) -> tuple[Array, Array]:
+        found = of_samples(at + shift, wider, more_pa)
         return tuple(np.column_stack([frame.mean(one[side]) for one in found]) for side in range(2))  # type: ignore[return-value]
 
     supplied, drained = through(0.0, 0.0)
     shifted, wider, wide = through(STEP, 0.0), through(0.0, STEP), through(0.0, WIDE)
+    late = through(0.0, 0.0, at=lagging)
     over = through(0.0, 0.0, READING_STEP_PA)
     low, high = (through(0.0, 0.0, way * PRESSURE_OFF_PA) for way in (-1.0, 1.0))
     c, oil = axis.cylinder, axis.oil
@@ -200,7 +209,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         to_tank=drained,
         asks=Asks(
             np.array([_load(place, axis.valve.deadband + more, samples) for more in _overlaps(axis)]),
-            np.sum([fed for fed, _ in of_samples(0.0, 0.0, 0.0)], axis=0),
+            np.sum([fed for fed, _ in of_samples(place, 0.0, 0.0)], axis=0),
         ),
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
         by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
@@ -208,6 +217,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         compressed=np.abs(compressed),
         void=np.clip(1.0 - (p - VOID_PA) / FULL_PA, 0.0, 1.0),
         by_deadband=-(wider[0] + wider[1] - supplied - drained) / STEP,
+        by_hysteresis=-(late[0] + late[1] - supplied - drained) / HYSTERESIS_SDS,
         by_wide_deadband=-(wide[0] + wide[1] - supplied - drained) / WIDE,
         by_leak=-across,
         by_air=by_air,
@@ -243,9 +253,13 @@ def _edge_leaks(valve: Valve) -> Array:
     )
 
 
-def _expected(valve: Valve) -> Valve:
-    """The valve with the hysteresis that one of its kind may be expected to have."""
-    half_width = middle("axes.*.valve.hysteresis", valve.hysteresis)
+def _expected(valve: Valve, more: float = 0.0) -> Valve:
+    """The valve with the hysteresis that one of its kind may be expected to have, or so many
+    standard deviations more.
+    """
+    number = "axes.*.valve.hysteresis"
+    half_width = middle(number, valve.hysteresis)
+    half_width += more * standard_deviation(number, valve.hysteresis)
     return valve.model_copy(update={"hysteresis": half_width})
 
 
@@ -352,6 +366,7 @@ def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float
     yield oil.by_spool, SPOOL_OFF
     yield oil.by_deadband, max(standard_deviation("axes.*.valve.deadband", valve.deadband), 0.006)
     yield oil.by_wide_deadband, CUT_OFF
+    yield oil.by_hysteresis, 1.0
     for number, column in (
         ("internal_leakage_m3_s_pa", oil.by_leak),
         ("bulk_modulus_pa", -oil.by_softness / declared.bulk_modulus_pa**2),

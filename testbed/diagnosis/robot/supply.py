@@ -16,6 +16,7 @@ import numpy.typing as npt
 from testbed.compiled import njit
 from testbed.diagnosis.robot.bins import Bins, Frame
 from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.hauling import Hauling
 from testbed.diagnosis.robot.motion_noise import swings
 from testbed.diagnosis.robot.oil import Oil
 from testbed.laws.supply import LOAD_SENSING
@@ -40,6 +41,8 @@ HAULED_SHARE, HAULING_N, HAULING_BINS = 0.4, 1000.0, 5
 """Traction devices that haul draw as well, and nobody measures it: the pressure is known to that
 share where a rope's tension changes by so much within so many bins to either side (E).
 """
+NEAR_ALL = 0.85
+"""So likewise where that share of all that the pump gives is asked of it (E)."""
 PUMP_S, FALL_SHARE = 0.01, 0.6
 """A pump fills a stiff line in this time; air makes the line softer than its oil by this (E)."""
 SET_SHARE = 0.01
@@ -80,16 +83,14 @@ class Supply:
 
 
 def supply_of(
-    oils: Sequence[Oil], bins: Bins, frame: Frame, machine: Machine, hauled_m3_s: Array
+    oils: Sequence[Oil], bins: Bins, frame: Frame, machine: Machine, hauling: Hauling
 ) -> Supply:
-    """The group of the power unit; `hauled_m3_s` (n,): what the traction devices draw beside the
-    cylinders.
-    """
+    """The group of the power unit; `hauling`: what the traction devices ask beside the cylinders."""
     unit = machine.power_unit
     drawn = np.sum([one.from_supply.sum(axis=1) for one in oils], axis=0)
-    believed, unsure, by_pressure = _believed(oils, bins, frame, machine)
+    believed, unsure, by_pressure = _believed(oils, bins, frame, machine, hauling)
     share = np.clip(drawn / unit.full_flow_m3_s, 0.0, 1.5)
-    whole = (drawn + hauled_m3_s) / unit.full_flow_m3_s
+    whole = (drawn + hauling.drawn_m3_s) / unit.full_flow_m3_s
     giving = unit.compensator_band_pa * share
     by_flow = _best(
         [
@@ -107,6 +108,7 @@ def supply_of(
         SWITCH_SHARE * _swing(believed, SURGE_BINS),
         SHAKEN_SHARE * swings(bins.supply_pa[:, None])[:, 0],
         HAULED_SHARE * believed * np.clip(hauls / HAULING_N - 0.2, 0.0, 1.0),
+        HAULED_SHARE * believed * np.clip((whole - NEAR_ALL) / (1.0 - NEAR_ALL), 0.0, 1.0),
         unsure,
     )
     surge = np.linalg.norm(surges, axis=0)
@@ -118,9 +120,9 @@ def supply_of(
 
 
 def _believed(
-    oils: Sequence[Oil], bins: Bins, frame: Frame, machine: Machine
+    oils: Sequence[Oil], bins: Bins, frame: Frame, machine: Machine, hauling: Hauling
 ) -> tuple[Array, Array, Array]:
-    """The pressure that is believed, by how much overlaps make it unsure, and by how much more it
+    """The pressure that is believed, by how much overlaps and ropes make it unsure, and by how much more it
     is for a set pressure that is higher by one of itself, (n,) each, Pa.
     """
     unit = machine.power_unit
@@ -130,6 +132,9 @@ def _believed(
         return whole, np.zeros(bins.count), whole
     loads = np.stack([one.asks.load_pa for one in oils]).max(axis=0)
     drawn = np.sum([one.asks.drawn_m3_s for one in oils], axis=0)
+    bin_of = np.clip((np.arange(frame.samples) - frame.first) // frame.width, 0, bins.count - 1)
+    hauled = np.maximum(loads, hauling.load_pa[bin_of])
+    perhaps = np.maximum(loads[0], hauling.perhaps_pa[bin_of])
 
     def followed(load: Array, cap: float) -> Array:
         asked = np.clip(load + unit.load_sensing_margin_pa, unit.standby_pressure_pa, top * cap)
@@ -140,9 +145,10 @@ def _believed(
         given = _follows(wanted, drawn, lags, (leak, fall), frame.period_s)
         return frame.mean(given - unit.compensator_band_pa * drawn / unit.full_flow_m3_s)
 
-    believed, least, most = (followed(load, 1.0) for load in loads)
+    believed, least, most = (followed(load, 1.0) for load in hauled)
     unsure = np.maximum(np.abs(least - believed), np.abs(most - believed))
-    capped = [(believed - followed(loads[0], cap)) / (1.0 - cap) for cap in CAPS]
+    unsure = np.hypot(unsure, hauling.unsure * (followed(perhaps, 1.0) - believed))
+    capped = [(believed - followed(hauled[0], cap)) / (1.0 - cap) for cap in CAPS]
     return believed, unsure, _best(capped, believed - bins.supply_pa)
 
 
