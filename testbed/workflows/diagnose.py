@@ -162,13 +162,22 @@ def diagnose_recordings(
     from testbed.effects.base import MARK
     from testbed.recording.robot_model import read_robot_model
 
-    entries = () if model is None else read_robot_model(model).effects
+    believed = None if model is None else read_robot_model(model)
+    entries = () if believed is None else believed.effects
     granted = {
         f"{entry.name}{MARK}{entry.place}": {
             name: parameter.value for name, parameter in entry.parameters.items()
         }
         for entry in entries
     }
+    if sound is not None and believed is not None and believed.machine:
+        raise InputError(
+            "says the same twice beside a model with the machine's own numbers: both tell how it lies "
+            "from its drawing",
+            file=sound.file,
+            field="--sound",
+            allowed="one of the two",
+        )
     if sound is not None and sound.machine.scale != runs[0].machine.scale:
         raise InputError("is of a machine of another size", file=sound.file, field="--sound")
     tell("holding the measurements against the machine")

@@ -13,9 +13,15 @@ import pytest
 from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal, norm
 
-from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.evidence import RECALLED, RawGroup
 from testbed.diagnosis.robot.hypotheses import Ledger, log_twice_above
-from testbed.diagnosis.robot.probabilities import NO_NAME, RobotSigns, calibration, distribution
+from testbed.diagnosis.robot.probabilities import (
+    NO_NAME,
+    RobotSigns,
+    calibration,
+    distribution,
+    leading,
+)
 from testbed.effects import by_name
 from testbed.effects.signature import Change
 from tests.diagnosis.ledgers import ledger_of
@@ -58,7 +64,7 @@ def test_evidence_is_the_ratio_of_two_gaussian_densities() -> None:
 def test_an_earlier_recording_counts_as_if_both_were_judged_as_one() -> None:
     rng = np.random.default_rng(2)
     before, after = group(rng.normal(size=30), 3), group(rng.normal(size=30), 4)
-    found = ledger_of({"forces": after.knowing(before)}, (LEFT,)).hypothesis((LEFT,))
+    found = ledger_of({"forces": after.knowing(before, recalled=0.0)}, (LEFT,)).hypothesis((LEFT,))
     tolerated = np.vstack([before.tolerated, after.tolerated])
     both = block_diag(before.noise, after.noise) + tolerated @ tolerated.T
     column = by_name("sensor.gain_a").spread("gain_error") * after.rows_of(
@@ -70,6 +76,22 @@ def test_an_earlier_recording_counts_as_if_both_were_judged_as_one() -> None:
         missing, np.zeros(60), both + np.outer(later, later)
     ) - multivariate_normal.logpdf(missing, np.zeros(60), both)
     assert found.log_factor == pytest.approx(float(exact), rel=1e-8)
+
+
+def test_several_names_that_are_alike_are_together_no_sound_machine() -> None:
+    alike = {(): 0.3, (LEFT,): 0.28, (RIGHT,): 0.25, NO_NAME: 0.17}
+    assert leading(alike) == (LEFT,)
+    assert leading({(): 0.6, (LEFT,): 0.3, (RIGHT,): 0.1}) == ()
+    assert leading({(): 0.2, (LEFT,): 0.35, NO_NAME: 0.45}) == NO_NAME
+
+
+def test_what_an_earlier_recording_shows_leaves_a_share_of_the_tolerances() -> None:
+    rng = np.random.default_rng(3)
+    before, after = group(rng.normal(size=30), 3), group(rng.normal(size=30), 4)
+    sure = replace(before, noise=1e-9 * before.noise)
+    left = after.knowing(sure).tolerated
+    kept = RECALLED**2 * after.tolerated @ after.tolerated.T
+    assert left @ left.T == pytest.approx(kept, abs=1e-6 * float(np.abs(kept).max()))
 
 
 def test_the_effect_that_is_there_wins_and_its_size_comes_back() -> None:

@@ -15,8 +15,13 @@ from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE
 from testbed.diagnosis.robot.friction import side_growth
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.levels import left_by, level_of
-from testbed.diagnosis.robot.motion_noise import left_by_motions, swings, taken_by_stops
-from testbed.diagnosis.robot.oil import Oil, displaced
+from testbed.diagnosis.robot.motion_noise import (
+    left_by_motions,
+    slides_surely,
+    swings,
+    taken_by_stops,
+)
+from testbed.diagnosis.robot.places import played, rounded, swept
 from testbed.effects.force_cushion import BEYOND_M, Cushion
 from testbed.effects.hydraulics_air import compliance_1_pa, free_share
 from testbed.machine.build import build_machine
@@ -26,23 +31,36 @@ STEP_S = 0.1
 NOTHING = Hypothesis((), 0.0, np.zeros(0), np.zeros((0, 0)))
 
 
-def oil(rounding_m: list[float], play_m: list[float]) -> Oil:
-    """Of an axis that has nothing but its encoder."""
-    return cast(Oil, SimpleNamespace(rounding_m=np.array(rounding_m), play_m=np.array(play_m)))
-
-
 def test_what_the_encoder_takes_from_one_bin_it_gives_to_the_next() -> None:
-    found = displaced(oil([0.0, 1e-4, 0.0, 0.0], [0.0] * 4), STEP_S * np.arange(3.0))
+    places = rounded(np.array([0.0, 1e-4, 0.0, 0.0]), STEP_S * np.arange(3.0))
     speed = (1e-4 / STEP_S) ** 2
-    assert found == pytest.approx(speed * np.array([[1, -1, 0], [-1, 1, 0], [0, 0, 0]]))
+    found = swept(np.array([1.0, -0.5]), places)
+    assert found[:3, :3] == pytest.approx(speed * np.array([[1, -1, 0], [-1, 1, 0], [0, 0, 0]]))
+    assert found[:3, 3:] == pytest.approx(-0.5 * found[:3, :3])
 
 
 def test_play_is_passed_once_on_the_way_from_one_sense_to_the_other() -> None:
-    sd = 1e-3
-    found = displaced(oil([0.0] * 5, [0.0, sd, sd, sd, 0.0]), STEP_S * np.arange(4.0))
+    sd, resting = 1e-3, np.zeros(5)
+    turning = np.array([0.0, sd, sd, sd, 0.0])
+    places = played(np.array([resting, turning]), STEP_S * np.arange(4.0))
+    found = swept(np.ones(1), places)
     assert np.ones(4) @ found @ np.ones(4) == pytest.approx(0.0, abs=1e-12)
     into, inside = found[0, 0], found[1, 1]
     assert into == pytest.approx((sd / STEP_S) ** 2) and inside < 0.5 * into
+
+
+def test_a_joint_that_hunts_within_its_play_creeps_unseen_for_seconds() -> None:
+    resting = np.full(41, 1e-3)
+    places = played(np.array([resting, np.zeros(41)]), STEP_S * np.arange(40.0))
+    found = swept(np.ones(1), places)
+    near, far = found[20, 21] / found[20, 20], found[20, 35] / found[20, 20]
+    assert near > 0.5 and abs(far) < 0.2
+
+
+def test_a_slide_that_is_over_within_a_bin_was_partly_at_rest() -> None:
+    way = np.array([0.0, 1.0, 0.0, 0.0, -1.0, -1.0, -1.0, -0.4, 0.0])[:, None]
+    expected = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.4, 0.0]
+    assert slides_surely(way)[:, 0] == pytest.approx(expected)
 
 
 def test_seals_at_rest_are_left_as_the_body_moved_on_its_feet() -> None:

@@ -14,8 +14,8 @@ import pytest
 from testbed.diagnosis.robot import forces
 from testbed.diagnosis.robot.balance import EVERY, BodyBalance, OtherSigns, balance_of
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
-from testbed.diagnosis.robot.oil import oil_of
 from testbed.diagnosis.robot.hauling import Hauling
+from testbed.diagnosis.robot.oil import oil_of
 from testbed.diagnosis.robot.supply import supply_of
 from testbed.effects import by_name
 from testbed.machine.build import build_machine
@@ -73,7 +73,12 @@ def other(data: dict[str, Array], bins: Bins, body: Robot) -> OtherSigns:
     """Oil and supply of a recording, no lines."""
     frame = Frame.of(data["t"])
     oils = oil_of(data, bins, frame, body)
-    return OtherSigns(oils, supply_of(oils, bins, frame, body.machine, Hauling.none(bins.count)), np.ones(12), np.zeros(12))
+    return OtherSigns(
+        oils,
+        supply_of(oils, bins, frame, body.machine, Hauling.none(bins.count)),
+        np.ones(12),
+        np.zeros(12),
+    )
 
 
 @cache

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from testbed.benchmarks.diagnosis.robot_scores import scores
+from testbed.benchmarks.diagnosis.robot_scores import alone_of, scores
 from testbed.benchmarks.diagnosis.robot_trials import ALL_ASKED, Asked, trial
 from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.benchmarks.harness import Answers, Benchmark
@@ -51,14 +51,16 @@ class RobotBlindTest(Benchmark[int]):
     def summarise(self, answers: Answers) -> dict[str, Any]:
         """See scores."""
         made = [answer for answer in answers.values() if "refused" not in answer]
-        return {"refused": len(answers) - len(made), **scores(made)}
+        alone = scores([alone_of(answer) for answer in made])
+        return {"refused": len(answers) - len(made), **scores(made), "alone": alone}
 
     def tables(self, result: dict[str, Any]) -> Sequence[Table]:
         """The marks, what became of each hidden effect, and how far stated probabilities can be
         trusted.
         """
         return [
-            _marks(result),
+            _marks(result, "given a run of the sound machine from before"),
+            _marks(result["alone"], "alone"),
             _second(result),
             _closed(result),
             _by_effect(result),
@@ -66,7 +68,7 @@ class RobotBlindTest(Benchmark[int]):
         ]
 
 
-def _marks(found: Mapping[str, Any]) -> Table:
+def _marks(found: Mapping[str, Any], given: str) -> Table:
     asked = {
         "something visible: places right, no wrong one": found["place_named"],
         "something visible: a right place among those named": found["place_among_named"],
@@ -88,7 +90,7 @@ def _marks(found: Mapping[str, Any]) -> Table:
         if r["of"]
     ]
     first, last = found["seeds"]
-    title = f"Blind test on the robot: {found['runs']} runs, seeds {first} to {last}"
+    title = f"Blind test on the robot, {given}: {found['runs']} runs, seeds {first} to {last}"
     return Table(title, ["what", "share", "of", "95 %"], rows)
 
 

@@ -24,9 +24,17 @@ from testbed.benchmarks.diagnosis.calibration import (
     restate,
     rounded,
 )
-from testbed.benchmarks.diagnosis.robot_scores import calibration, distances, target
+from testbed.benchmarks.diagnosis.robot_scores import alone_of, calibration, distances, target
 from testbed.benchmarks.diagnosis.scores import Trial
-from testbed.diagnosis.robot.probabilities import FILE, RobotSigns, Weighed, distribution
+from testbed.diagnosis.robot.probabilities import (
+    FILE,
+    NO_NAME,
+    Names,
+    RobotSigns,
+    Weighed,
+    distribution,
+    leading,
+)
 from testbed.diagnosis.robot.probabilities import calibration as calibration_numbers
 from testbed.effects import kind_of
 from testbed.formats.files import check_file, write_text
@@ -35,11 +43,11 @@ from testbed.formats.yaml_files import yaml_text
 Array = npt.NDArray[np.float64]
 Numbers = dict[str, Any]
 START: dict[str, float] = {
-    "share": 0.4,
-    "share_unnamed": 0.25,
-    "one": 7.0,
-    "two": 13.0,
-    "unnamed": 8.0,
+    "share": 0.7,
+    "share_unnamed": 0.3,
+    "one": 6.5,
+    "two": 15.0,
+    "unnamed": 7.5,
     "form": 0.03,
     "rest": 0.1,
 }
@@ -113,7 +121,15 @@ def restated(trials: Sequence[Trial], numbers: Mapping[str, float]) -> list[Tria
     """The trials with the probabilities, the verdict and the names that these numbers would
     give.
     """
-    return [restate(t, distribution(RobotSigns.from_json(t["signs"]), numbers)) for t in trials]
+    return [_restated(t, distribution(RobotSigns.from_json(t["signs"]), numbers)) for t in trials]
+
+
+def _restated(trial: Trial, chances: Mapping[Names, float]) -> Trial:
+    """A trial with these probabilities of sets of names, and what the diagnosis says of them."""
+    said = leading(chances)
+    verdict = "none" if not said else "unnamed" if said == NO_NAME else "effect"
+    names = list(said) if verdict == "effect" else []
+    return {**restate(trial, chances), "verdict": verdict, "names": names}
 
 
 def as_yaml(numbers: Numbers, trials: Sequence[Trial], held_out: Mapping[str, Any]) -> str:
@@ -137,7 +153,8 @@ def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
     Raises InputError where a folder has none.
     """
     out = check_file(out or FILE)
-    trials = [t for t in read_trials(folders) if "refused" not in t]
+    made = [t for t in read_trials(folders) if "refused" not in t]
+    trials = [*made, *(alone_of(t) for t in made if "alone" in t)]
     held_out = calibration(halves(trials, 10, lambda judged, on: restated(judged, fit(on))))
     text = as_yaml(fit(trials), trials, held_out)
     write_text(out, text)

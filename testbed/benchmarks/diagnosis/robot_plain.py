@@ -185,4 +185,3 @@ def said_of(case: Case, before: bool, recordings: Path | None) -> dict[str, Any]
 def _place_is_right(one: Mapping[str, Any]) -> bool:
     """Whether every place named is the one, and one is named."""
     return {place_of(name) for name in one["names"]} == {place_of(one["hidden"])}
-

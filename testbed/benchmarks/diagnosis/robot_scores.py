@@ -57,6 +57,13 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
     }
 
 
+def alone_of(trial: Trial) -> Trial:
+    """The trial of the same run without a recording from before; nothing is done with what was
+    found there.
+    """
+    return {**trial["alone"], "second": {}, "closed": {}, "seconds": trial["seconds"]}
+
+
 def second_motion(close: Sequence[Trial]) -> dict[str, Any]:
     """Of runs whose two likeliest sets could not be told apart: how often what is hidden was said
     without a second motion, and with it.

@@ -52,10 +52,10 @@ ALL_ASKED = Asked()
 
 
 def trial(seed: int, asked: Asked) -> Trial:
-    """One run: simulate it, diagnose it, compare with what was hidden."""
+    """One run: simulate it, diagnose it, compare with what was hidden; `alone`: the same of a
+    diagnosis that is given no run from before.
+    """
     from testbed.diagnosis.robot.diagnose import judged
-    from testbed.diagnosis.robot.findings import as_json
-    from testbed.diagnosis.robot.hypotheses import Ledger
 
     case = drawn(seed)
     run, before = run_of(case.scenario(), asked.recordings), _before(case, asked)
@@ -63,22 +63,34 @@ def trial(seed: int, asked: Asked) -> Trial:
     balances = balances_in(run, before)
     found = judged(f"seed-{seed}", balances)
     seconds = perf_counter() - began
+    alone = judged(f"seed-{seed}", balances_in(run))
+    return {
+        **_said(found, case),
+        "alone": _said(alone, case),
+        "second": _second(found, before, case, asked) if asked.second else {},
+        "closed": _closed(found, case, asked) if asked.closed else {},
+        "seconds": seconds,
+    }
+
+
+def _said(found: RobotDiagnosis, case: Drawn) -> dict[str, Any]:
+    """What is hidden in a run, what of it can be seen, and what is said of it."""
+    from testbed.diagnosis.robot.findings import as_json
+    from testbed.diagnosis.robot.hypotheses import Ledger
+
     said = as_json(found)
     return {
-        "seed": seed,
+        "seed": case.seed,
         "motion": case.motion,
         "kind": case.kind,
         "truth": list(case.truth),
         "hidden": list(case.hidden),
-        "visible": visible(Ledger(balances), case),
+        "visible": visible(Ledger(found.balances), case),
         "verdict": said["verdict"],
         "names": names_in(said),
         "effects": said["effects"],
         "hypotheses": said["hypotheses"],
         "signs": found.signs.as_json(),
-        "second": _second(found, before, case, asked) if asked.second else {},
-        "closed": _closed(found, case, asked) if asked.closed else {},
-        "seconds": seconds,
     }
 
 

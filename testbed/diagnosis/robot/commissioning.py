@@ -134,7 +134,9 @@ def _balance(
     bins = unbiased(bins_of(data, robot))
     oils = oil_of(data, bins, frame, robot)
     none = np.zeros(len(AXES))
-    other = OtherSigns(oils, supply_of(oils, bins, frame, robot.machine, Hauling.none(bins.count)), none, none)
+    other = OtherSigns(
+        oils, supply_of(oils, bins, frame, robot.machine, Hauling.none(bins.count)), none, none
+    )
     return bins, balance_of(bins, other, robot, ropes_in_world)
 
 

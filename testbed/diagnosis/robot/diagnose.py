@@ -28,6 +28,7 @@ from testbed.diagnosis.robot.probabilities import (
     calibration,
     distribution,
     has_names,
+    leading,
 )
 from testbed.effects import ALL
 from testbed.effects.signature import Signature
@@ -140,7 +141,7 @@ def _verdict(
     failed: Mapping[str, str],
 ) -> Verdict:
     ranked = tuple(sorted(weights.items(), key=lambda item: -item[1]))
-    top = ranked[0][0]
+    top = leading(weights)
     if top in ((), NO_NAME):
         return Verdict("unnamed" if top else "none", ledger.hypothesis(()), ranked, {})
     chosen = ledger.hypothesis(top)

@@ -91,20 +91,23 @@ class RawGroup:
         root, kept = np.sqrt(level), 0.0 if self.lasting is None else self.lasting
         return replace(self, noise=kept + root[:, None] * (self.noise - kept) * root)
 
-    def knowing(self, sound: RawGroup) -> RawGroup:
+    def knowing(self, sound: RawGroup, recalled: float | None = None) -> RawGroup:
         """The group of a machine of which there is an earlier recording, when it was sound.
 
         That one's rows y = T w + e, w ~ N(0, 1), show how far the machine lies from its drawing: w
         ~ N(m, S), S^-1 = 1 + T' N^-1 T, m = S T' N^-1 y. So this one misses its own T m less, and
-        S is all that its tolerances leave.
+        S is all that its tolerances leave; beside the share `recalled` [RECALLED] of them, for
+        another motion asks for them in another way than its linear model says.
         """
         known = whiten(sound.missing, {"": sound.tolerated}, sound.noise)
         columns = known.columns[""]
-        left = np.linalg.inv(np.eye(columns.shape[1]) + columns.T @ columns)
+        one = np.eye(columns.shape[1])
+        left = np.linalg.inv(one + columns.T @ columns)
+        known_to = left + (RECALLED if recalled is None else recalled) ** 2 * (one - left)
         return replace(
             self,
             missing=self.missing - self.tolerated @ (left @ (columns.T @ known.missing)),
-            tolerated=self.tolerated @ np.linalg.cholesky(left),
+            tolerated=self.tolerated @ np.linalg.cholesky(known_to),
         )
 
     def whitened(self, candidates: Mapping[str, Signature]) -> Whitened:
@@ -136,6 +139,10 @@ class RawGroup:
         return out[0], out[1]
 
 
+RECALLED = 0.4
+"""What an earlier recording shows of a machine's tolerances holds in another one to this share of
+them (E).
+"""
 PIECE_S = 2.0
 """A recording is cut into pieces of this length, where one part of it is to foretell another."""
 ROUNDS = 30

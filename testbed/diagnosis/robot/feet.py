@@ -31,14 +31,16 @@ PLACE_M, WAY_M = 5.0, 5.0
 """Nobody knows where a foot was set down, nor where the body went."""
 GIVES_M_N = 1.5e-7
 """A ground of 7 MN/m gives by this under a newton, more or less (E)."""
-SLIPS_AT, SURELY_AT, SLIP_M, ROLLS = 0.15, 0.35, 1.5e-3, 0.15
+SLIPS_AT, SURELY_AT, SLIP_M = 0.15, 0.35, 1.5e-3
 """A foot that uses more friction than the first may slip; from the second on by SLIP_M from bin to
-bin, and by a share ROLLS of it off the slope: a sound machine on its ground does, too (E).
+bin: a sound machine on its ground does, too (E).
 """
 GIVES_WAY_AT, GONE_AT, GOES_M = 0.45, 0.6, 8.0e-3
 """Between these uses of friction the ground of a sound machine gives way, and a foot goes as far as
 that from bin to bin (E).
 """
+ROLLS = 0.02
+"""What slips goes off the slope by this share of it (E)."""
 LEAST_LOAD_N, AROUND = 1500.0, 3
 """A foot that carries less in one of so many bins to either side may be in the air."""
 NEAR_BINS = 5

@@ -21,8 +21,8 @@ STANDS = 0.5
 
 
 SURELY_M_S = 8.0e-3
-"""A body that goes up its ropes faster than this is surely hauled, one that goes down so fast surely
-not (E).
+"""A body that goes up its ropes faster than this is surely hauled, one that goes down as fast is
+surely not (E).
 """
 
 

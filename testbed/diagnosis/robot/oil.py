@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.compiled import njit
-from testbed.diagnosis.robot.bins import EDGE_S, Bins, Frame
+from testbed.diagnosis.robot.bins import Bins, Frame
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.motion_noise import slides_surely
+from testbed.diagnosis.robot.places import play, played, rounded, rounding, swept
 from testbed.diagnosis.robot.rig import through_amplifier
 from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.effects.hydraulics_air import free_share
@@ -35,14 +35,6 @@ from testbed.robot.robot import Robot
 Array = npt.NDArray[np.float64]
 WHITE_M3_S = 2.0e-6
 """Noise of a bin beside the encoder's rounding (E)."""
-PLAY_S = 0.5
-"""In about this time a joint goes from one place within its play to another while it rests or turns
-round (E).
-"""
-HUNTING = 1.5
-"""Joints that hunt within their play are those that have much of it, and go from end to end (E)."""
-STILL_SHARE = 0.15
-"""Share of an encoder's rounding that is left between two edges at which it reads the same (E)."""
 VALVE_SHARE, MEMORY_S = 0.03, 0.5
 """A valve's flow is known to this share, and its deviation lasts so long (E)."""
 VOID_PA, FULL_PA, VOID_M3_S = 0.7e5, 1.5e5, 8.0e-5
@@ -128,7 +120,7 @@ class Oil:
     """(2,) by a metre of the piston, into chambers A and B."""
     rounding_m: Array
     """(n + 1,) standard deviation of the encoder's rounding at the bins' edges; `play_m` (2, n + 1)
-    likewise of where the joint is within its play, see _play.
+    likewise of where the joint is within its play.
     """
     play_m: Array
     by_edge_leak: Array
@@ -208,7 +200,9 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         from_supply=supplied,
         to_tank=drained,
         asks=Asks(
-            np.array([_load(place, axis.valve.deadband + more, samples) for more in _overlaps(axis)]),
+            np.array(
+                [_load(place, axis.valve.deadband + more, samples) for more in _overlaps(axis)]
+            ),
             np.sum([fed for fed, _ in of_samples(place, 0.0, 0.0)], axis=0),
         ),
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
@@ -222,8 +216,8 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_leak=-across,
         by_air=by_air,
         swept_m2=np.array([areas[0], -areas[1]]),
-        rounding_m=_rounding(bins, i, axis),
-        play_m=_play(bins, i, axis),
+        rounding_m=rounding(bins, i, axis),
+        play_m=play(bins, i, axis),
         by_softness=squeezed,
         by_hose=np.stack([np.column_stack([flow, np.zeros(bins.count)]) for flow in hoses], axis=1),
         by_edge_leak=-edge,
@@ -261,42 +255,6 @@ def _expected(valve: Valve, more: float = 0.0) -> Valve:
     half_width = middle(number, valve.hysteresis)
     half_width += more * standard_deviation(number, valve.hysteresis)
     return valve.model_copy(update={"hysteresis": half_width})
-
-
-def _rounding(bins: Bins, i: int, axis: Axis) -> Array:
-    """(n + 1,) m, standard deviation of the encoder's rounding at the edges of the bins.
-
-    A piston that hardly moves is anywhere within a count; one that passes several counts while its
-    place is taken averages them; one that stands still errs alike at both edges.
-    """
-    count_m = axis.encoder_count * np.abs(_at_edges(bins.arm_m[:, i]))
-    speed = np.abs(bins.speed_m_s[:, i])
-    passed = np.maximum(_at_edges(speed) * EDGE_S / count_m, 1.0)
-    still = _at_edges(speed) == 0.0
-    return np.asarray(count_m / np.sqrt(12.0) / passed * np.where(still, STILL_SHARE, 1.0))
-
-
-def _play(bins: Bins, i: int, axis: Axis) -> Array:
-    """(2, n + 1) m, standard deviation of where a joint is within its play at the edges of the
-    bins: where it rests or hunts, and where it turns round, from end to end.
-    """
-    if axis.joint != "rotation":
-        return np.zeros((2, bins.count + 1))
-    sd = HUNTING * standard_deviation("joint.play@*.half_width")
-    surely = slides_surely(bins.direction[:, i, None])[:, 0]
-    rests = 1.0 - np.minimum(np.append(surely[:1], surely), np.append(surely, surely[-1:]))
-    way = np.sign(bins.direction[:, i])
-    index = np.arange(bins.count)
-    last = np.maximum.accumulate(np.where(way != 0.0, index, 0))
-    following = np.minimum.accumulate(np.where(way != 0.0, index, bins.count - 1)[::-1])[::-1]
-    turns = np.append(way[:1], way[last]) * np.append(way[following], way[-1:]) < 0.0
-    return np.asarray(sd * np.abs(_at_edges(bins.arm_m[:, i])) * np.array([rests, turns]))
-
-
-def _at_edges(values: Array) -> Array:
-    """Values (n,) of bins as means (n + 1,) over the two bins beside each edge."""
-    padded = np.concatenate([values[:1], values, values[-1:]])
-    return np.asarray(0.5 * (padded[:-1] + padded[1:]))
 
 
 def _valve(
@@ -388,7 +346,7 @@ def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
     """The group of cylinder i: chamber A's bins, then B's."""
     nothing, axis = np.zeros_like(oil.missing), machine.axes[AXES[i]]
     columns = [sd * c.T.ravel() for c, sd in tolerated(oil, axis, machine.scale) if sd > 0.0]
-    playing = swept(oil, played(oil, time_s))
+    playing = swept(oil.swept_m2, played(oil.play_m, time_s))
     return RawGroup(
         missing=oil.missing.T.ravel(),
         time_s=np.tile(time_s, 2),
@@ -416,28 +374,4 @@ def noise_of(oil: Oil, time_s: Array, flows: float) -> Array:
         out[own, own] += lasts * np.outer(size[:, k], size[:, k])
     both = off.T.ravel()
     out += np.tile(lasts, (2, 2)) * np.outer(both, both)
-    return np.asarray(out + swept(oil, np.diag(oil.rounding_m**2) / _step(time_s) ** 2))
-
-
-def swept(oil: Oil, places: Array) -> Array:
-    """Covariance (2 n, 2 n) of the flows that go with places (n + 1, n + 1), m2/s2, of the piston
-    at the bins' edges: what it sweeps in a bin goes from one to the next.
-    """
-    speeds = np.diff(np.diff(places, axis=0), axis=1)
-    return np.kron(np.outer(oil.swept_m2, oil.swept_m2), speeds)
-
-
-def played(oil: Oil, time_s: Array) -> Array:
-    """Covariance (n + 1, n + 1) of the piston's place within its joint's play, by the bins' length
-    squared, m2/s2.
-    """
-    edges, step = np.arange(len(time_s) + 1), _step(time_s)
-    apart = step * np.abs(np.subtract.outer(edges, edges)) / PLAY_S
-    goes = np.exp(-apart)
-    creeps = (1.0 + apart) * goes  # with a speed that lasts
-    resting, turning = (np.outer(off, off) for off in oil.play_m)
-    return np.asarray((creeps * resting + goes * turning) / step**2)
-
-
-def _step(time_s: Array) -> float:
-    return float(np.median(np.diff(time_s)))
+    return np.asarray(out + swept(oil.swept_m2, rounded(oil.rounding_m, time_s)))

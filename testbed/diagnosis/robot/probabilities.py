@@ -136,6 +136,17 @@ def distribution(signs: RobotSigns, numbers: Mapping[str, Any]) -> dict[Names, f
     return {names: weight / total for names, weight in out.items()}
 
 
+def leading(weights: Mapping[Names, float]) -> Names:
+    """What is said of a distribution: of a sound machine, no name and sets of names together the
+    likeliest; of sets the likeliest one, for several that are alike are still no sound machine.
+    """
+    named = {names: weight for names, weight in weights.items() if names not in ((), NO_NAME)}
+    together = sum(named.values())
+    if named and together > max(weights.get((), 0.0), weights.get(NO_NAME, 0.0)):
+        return max(named, key=named.__getitem__)
+    return NO_NAME if weights.get(NO_NAME, 0.0) > weights.get((), 0.0) else ()
+
+
 def _left_at_its_places(names: Names, factor: float, alone: Mapping[str, float]) -> float:
     """By how much errors of any course at the places of a set explain more than the set does."""
     places = {place_of(name) for name in names}

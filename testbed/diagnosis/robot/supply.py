@@ -27,6 +27,8 @@ SUPPLY_WHITE_PA, SUPPLY_SLOW_PA, SUPPLY_S = 2.0e4, 6.0e4, 1.0
 """What the supply pressure of a sound unit misses: noise, and slowly, by its pump and accumulator
 (E).
 """
+READ_SHARE = 0.05
+"""The load that a pump senses is read to this share where a transducer errs (E)."""
 FLOW_SHARE = 0.08
 """... and by a pump that gives less by this share (E)."""
 SURGE_PA, SURGE_S, SURGE_BINS = 2.0e6, 0.2, 2
@@ -85,7 +87,7 @@ class Supply:
 def supply_of(
     oils: Sequence[Oil], bins: Bins, frame: Frame, machine: Machine, hauling: Hauling
 ) -> Supply:
-    """The group of the power unit; `hauling`: what the traction devices ask beside the cylinders."""
+    """The group of the power unit; `hauling`: what the ropes' devices ask beside the cylinders."""
     unit = machine.power_unit
     drawn = np.sum([one.from_supply.sum(axis=1) for one in oils], axis=0)
     believed, unsure, by_pressure = _believed(oils, bins, frame, machine, hauling)
@@ -97,11 +99,15 @@ def supply_of(
             giving + believed * SUNK_SHARE * np.clip((whole - f) / SINKING, 0.0, 1.0) / (1.0 - f)
             for f in CAPS
         ],
+        CAPS,
         believed - bins.supply_pa,
     )
     apart = np.abs(bins.time_s[:, None] - bins.time_s[None, :])
     noise = SUPPLY_WHITE_PA**2 * np.eye(bins.count)
-    noise += SUPPLY_SLOW_PA**2 * np.exp(-apart / SUPPLY_S)
+    slow = np.hypot(
+        SUPPLY_SLOW_PA, READ_SHARE * (believed - machine.power_unit.standby_pressure_pa)
+    )
+    noise += np.exp(-apart / SUPPLY_S) * np.outer(slow, slow)
     hauls = _swing(bins.tension_n, HAULING_BINS).max(axis=1) / machine.scale.times("N")
     surges = (
         SURGE_PA * _swing(share, SURGE_BINS),
@@ -122,8 +128,8 @@ def supply_of(
 def _believed(
     oils: Sequence[Oil], bins: Bins, frame: Frame, machine: Machine, hauling: Hauling
 ) -> tuple[Array, Array, Array]:
-    """The pressure that is believed, by how much overlaps and ropes make it unsure, and by how much more it
-    is for a set pressure that is higher by one of itself, (n,) each, Pa.
+    """The pressure that is believed, by how much overlaps and ropes make it unsure, and by how much
+    more it is for a set pressure that is higher by one of itself, (n,) each, Pa.
     """
     unit = machine.power_unit
     top = unit.supply_pressure_pa
@@ -149,15 +155,15 @@ def _believed(
     unsure = np.maximum(np.abs(least - believed), np.abs(most - believed))
     unsure = np.hypot(unsure, hauling.unsure * (followed(perhaps, 1.0) - believed))
     capped = [(believed - followed(hauled[0], cap)) / (1.0 - cap) for cap in CAPS]
-    return believed, unsure, _best(capped, believed - bins.supply_pa)
+    return believed, unsure, _best(capped, CAPS, believed - bins.supply_pa)
 
 
-def _best(lacks: Sequence[Array], missing: Array) -> Array:
-    """Of what the pressure lacks (n,) by one whole factor, were it each of CAPS, that which leaves
+def _best(lacks: Sequence[Array], factors: Sequence[float], missing: Array) -> Array:
+    """Of what the pressure lacks (n,) by one whole factor, were it each of these, that which leaves
     least of what is missing (n,).
     """
     left = [
-        np.sum(np.abs(missing - (1.0 - cap) * by)) for cap, by in zip(CAPS, lacks, strict=True)
+        np.sum(np.abs(missing - (1.0 - cap) * by)) for cap, by in zip(factors, lacks, strict=True)
     ]
     return lacks[int(np.argmin(left))]
 
@@ -189,5 +195,7 @@ def _follows(
 def _swing(values: Array, reach: int) -> Array:
     """(n, ...) how far values (n, ...) swing within so many bins to either side of each."""
     bins = np.arange(len(values))
-    near = np.array([values[np.clip(bins + k, 0, len(values) - 1)] for k in range(-reach, reach + 1)])
+    near = np.array(
+        [values[np.clip(bins + k, 0, len(values) - 1)] for k in range(-reach, reach + 1)]
+    )
     return np.asarray(near.max(axis=0) - near.min(axis=0))
