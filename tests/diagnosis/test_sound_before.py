@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
@@ -11,7 +13,9 @@ from testbed.benchmarks.diagnosis.robot_recordings import simulated
 from testbed.benchmarks.diagnosis.robot_trials import balances_in
 from testbed.diagnosis.robot.diagnose import judged
 from testbed.errors import InputError
-from testbed.workflows.diagnose import Wanted, diagnose_folder
+from testbed.recording.leg_model import Parameter
+from testbed.recording.robot_model import RobotModelFile, write_robot_model
+from testbed.workflows.diagnose import Wanted, diagnose_folder, diagnose_recordings
 
 FAINT = 7161
 """A run whose sensor line is too slow by too little for a machine that knows its drawing alone."""
@@ -40,3 +44,14 @@ def test_a_recording_from_before_lets_a_faint_effect_be_named() -> None:
     alone, both = (judged("run", balances_in(run, known)).verdict for known in (None, before))
     assert alone.kind == "none"
     assert both.chosen.names == case.truth
+
+
+def test_a_commissioned_model_and_a_recording_from_before_are_not_counted_twice(
+    tmp_path: Path,
+) -> None:
+    model = tmp_path / "m.yaml"
+    number = Parameter(value=0.0701, unit="m")
+    write_robot_model(model, RobotModelFile(machine={"axes.fl_vertical.cylinder.bore_m": number}))
+    run = cast(Any, SimpleNamespace(file=tmp_path / "recording.yaml"))
+    with pytest.raises(InputError, match="twice"):
+        diagnose_recordings([run], model, run)

@@ -2,25 +2,29 @@
 
 Each hypothesis has ln of a Bayes factor against a sound machine (hypotheses.py), as far as it holds
 for parts of the recording that are kept back. It is exact for the linear model and its noise;
-neither is exact for the machine. So evidence counts by a share of
-itself, and a price stands against every step away from a sound machine:
+neither is exact for the machine. So evidence counts by a share of itself, and a price stands
+against every step away from a sound machine:
 
     score(none) = 0
-    score(set) = share (ln B - sound) - price(size)
+    score(some name) = most of share (ln B - sound) - price(size), over all sets
     score(no name) = share' (ln B - sound) - price(unnamed)
 
-and probabilities go as exp(score). `sound` is what sound machines reach, for each kind of effect of
-the set: some signatures look like what the model itself is wrong about, others like nothing. An
-effect's law is another than its signature to the letter: a second effect in the same balances must
-explain more than a share `form` of what the first explains, and what errors of any course at its
-places explain beyond a set counts against it (`rest`). Errors of any course in time fit what is
-wrong with the model itself, too: their evidence counts by less (share'). Sets that hold what no
-name covers, or a tolerance of any workshop far beyond its size, count as `unnamed`. The numbers are
-in `calibration.yaml`; `testbed lab fit-robot-diagnosis` fits them.
+and probabilities go as exp(score). The sets of names divide theirs as exp(share_named (ln B -
+sound) - price): beside each other signatures are wrong by more than a sound machine is. A kind of
+effect is as likely as another, so one that has many places is less likely at each. `sound` is what
+sound machines reach, for each kind of effect of the set: some signatures look like what the model
+itself is wrong about, others like nothing. An effect's law is another than its signature to the
+letter: a second effect in the same balances must explain more than a share `form` of what the first
+explains, and what errors of any course at its places explain beyond a set counts against it
+(`rest`). Errors of any course in time fit what is wrong with the model itself, too: their evidence
+counts by less (share'). Sets that hold what no name covers, or a tolerance of any workshop far
+beyond its size, count as `unnamed`. The numbers are in `calibration.yaml`; `testbed lab
+fit-robot-diagnosis` fits them.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -88,6 +92,10 @@ class Weighed:
     """
     unnamed: Array
     bends: Array
+    places: Array
+    """Ln of how many places the effects of a set could sit at: a kind of effect is as likely as
+    another, and sits at one of its places.
+    """
 
     @classmethod
     def of(cls, signs: RobotSigns, numbers: Mapping[str, Any]) -> Weighed:
@@ -96,16 +104,23 @@ class Weighed:
         rows = [_weighed(names, factor, alone, numbers) for names, factor in signs.sets]
         told = tuple(NO_NAME if not has_names(names) else names for names, _ in signs.sets)
         apart = [names in signs.apart for names, _ in signs.sets]
-        above, bent, left, two, unnamed, bends = np.array(rows, dtype=np.float64).reshape(-1, 6).T
-        return cls(told, above, np.where(apart, 0.0, bent), left, two, unnamed, bends)
+        columns = np.array(rows, dtype=np.float64).reshape(-1, 7).T
+        above, bent, left, two, unnamed, bends, places = columns
+        return cls(told, above, np.where(apart, 0.0, bent), left, two, unnamed, bends, places)
 
     def scores(self, numbers: Mapping[str, Any]) -> Array:
-        """(k,)"""
+        """(k,) against a sound machine's 0."""
         one, two, without = (numbers[key] for key in ("one", "two", "unnamed"))
         price = np.where(self.two, two, one) + self.unnamed * (without - one)
         price = price + (1.0 - self.unnamed) * numbers["rest"] * self.left
         share = np.where(self.bends, numbers["share_unnamed"], numbers["share"])
-        return np.asarray(share * (self.above - numbers["form"] * self.bent) - price)
+        shown = self.above - numbers["form"] * self.bent
+        out = np.asarray(share * shown - price)
+        named = self.unnamed == 0.0
+        if named.any():
+            rivals = (numbers["share_named"] * shown - price - self.places)[named]
+            out[named] = out[named].max() + rivals - np.logaddexp.reduce(rivals)
+        return out
 
 
 def _weighed(
@@ -121,7 +136,14 @@ def _weighed(
         two,
         not has_names(names),
         any(is_unexplained(name) for name in names),
+        sum(_ln_places(kind_of(name)) for name in names if not is_unexplained(name)),
     )
+
+
+@cache
+def _ln_places(kind: str) -> float:
+    """Ln of how many places an effect could sit at."""
+    return math.log(len(by_name(kind).places_on_robot))
 
 
 def distribution(signs: RobotSigns, numbers: Mapping[str, Any]) -> dict[Names, float]:

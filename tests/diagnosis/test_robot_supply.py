@@ -1,0 +1,103 @@
+"""The supply of the whole robot: what a load-sensing pump is asked for, how a line follows it, and
+what ropes that are hauled ask beside the cylinders.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
+from testbed.diagnosis.robot.hauling import ROPE_M, Hauling, hauling_of
+from testbed.diagnosis.robot.oil import Oil, oil_of
+from testbed.diagnosis.robot.supply import Supply, supply_of
+from testbed.machine.build import build_machine
+from testbed.machine.names import AXES
+from testbed.robot.robot import Robot
+
+Array = npt.NDArray[np.float64]
+LOAD_PA, LOW_PA = 4.0e6, 1.0e6
+ROPES = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+TENSION_N = 1.0e4
+
+
+def still(command: Array, supply_pa: Array | float = 0.0) -> tuple[list[Oil], Bins, Frame, Robot]:
+    """A robot whose joints and pressures do not move, the first valve at `command` (750,)."""
+    t = np.arange(750) / 250.0
+    data = {"t": t, "supply_pressure": 0 * t + supply_pa, "oil_temperature": 0 * t + 40.0}
+    for axis in AXES:
+        data[f"position_{axis}"] = 0 * t + (0.0 if axis.endswith("rotation") else 0.2)
+        data[f"pressure_a_{axis}"] = 0 * t + LOW_PA
+        data[f"pressure_b_{axis}"] = 0 * t + LOW_PA
+        data[f"valve_{axis}"] = 0 * t
+    data[f"valve_{AXES[0]}"], data[f"pressure_a_{AXES[0]}"] = command, 0 * t + LOAD_PA
+    for side in ("left", "right"):
+        data[f"rope_tension_{side}"] = 0 * t + TENSION_N
+    for angle in ("roll", "pitch", "yaw"):
+        data[f"attitude_{angle}"] = 0 * t
+    for way, lift in zip("xyz", (0.0, 0.0, 9.81), strict=True):
+        data[f"specific_force_{way}"] = 0 * t + lift
+        data[f"angular_rate_{way}"] = 0 * t
+    data["ordered_thrust"] = data["ordered_torque"] = 0 * t
+    body, frame = Robot.of(build_machine()), Frame.of(t)
+    bins = bins_of(data, body)
+    return list(oil_of(data, bins, frame, body)), bins, frame, body
+
+
+def believed(command: Array, supply_pa: Array | float, hauling: Hauling | None = None) -> Supply:
+    """The supply's group of such a recording."""
+    oils, bins, frame, body = still(command, supply_pa)
+    return supply_of(oils, bins, frame, body.machine, hauling or Hauling.none(bins.count))
+
+
+def test_a_load_sensing_pump_stands_its_margin_above_the_load_behind_an_open_port() -> None:
+    unit = build_machine().power_unit
+    expected = LOAD_PA + unit.load_sensing_margin_pa
+    supply = believed(np.full(750, 0.3), expected)
+    sag = unit.compensator_band_pa * supply.drawn_m3_s / unit.full_flow_m3_s
+    assert supply.missing == pytest.approx(-sag, abs=0.01 * expected)
+
+
+def test_with_every_port_shut_it_stands_at_its_standby_pressure() -> None:
+    standby = build_machine().power_unit.standby_pressure_pa
+    assert believed(np.zeros(750), standby).missing == pytest.approx(0.0, abs=1.0)
+
+
+def test_the_line_fills_at_once_and_empties_as_it_leaks() -> None:
+    opened = np.where(np.arange(750) < 375, 0.0, 0.3)
+    up, down = believed(opened, 0.0).missing, believed(opened[::-1], 0.0).missing
+    middle = 0.5 * (up[0] + up[-1])
+    half = int(np.argmax(up > middle))
+    rising = np.argmax(up > 0.95 * up[-1]) - np.argmax(up > 1.05 * up[0])
+    falling = np.argmax(down < 1.05 * down[-1]) - np.argmax(down < 0.95 * down[0])
+    assert 0 < half < len(up) - 1
+    assert falling > rising
+
+
+def test_a_pump_that_is_set_too_low_lacks_what_it_is_asked_for_beyond() -> None:
+    unit = build_machine().power_unit
+    low = 0.6 * unit.supply_pressure_pa
+    supply = believed(np.full(750, 0.3), low)
+    rest = supply.missing - (1.0 - 0.6) * supply.by_pressure
+    assert supply.missing.min() > 0.0
+    assert np.abs(rest).max() < 0.3 * np.abs(supply.missing).max()
+
+
+def test_ropes_that_are_hauled_ask_for_their_load_and_perhaps_when_the_body_hardly_moves() -> None:
+    oils, bins, frame, body = still(np.zeros(750))
+    area = body.machine.traction.piston_area_m2
+    rises = replace(bins, tension_n=TENSION_N + 2.0e4 * bins.time_s[:, None] * np.ones(2))
+    hauling, calm = hauling_of(rises, body, ROPES), hauling_of(bins, body, ROPES)
+    speed = ROPE_M / body.machine.rope.stiffness_ea_n * 2.0e4
+    assert hauling.drawn_m3_s == pytest.approx(2.0 * area * speed, rel=1e-6)
+    assert hauling.load_pa == pytest.approx(rises.tension_n[:, 0] / area)
+    assert not calm.load_pa.any() and calm.unsure == pytest.approx(1.0)
+    quiet = supply_of(oils, bins, frame, body.machine, Hauling.none(bins.count))
+    hauled = supply_of(oils, rises, frame, body.machine, hauling)
+    more = hauled.missing - quiet.missing
+    unit = body.machine.power_unit
+    asked = np.minimum(hauling.load_pa + unit.load_sensing_margin_pa, unit.supply_pressure_pa)
+    assert more[5:-5] == pytest.approx(asked[5:-5] - unit.standby_pressure_pa, rel=0.1)
