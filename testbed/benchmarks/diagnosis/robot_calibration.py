@@ -45,13 +45,15 @@ from testbed.formats.yaml_files import yaml_text
 Array = npt.NDArray[np.float64]
 Numbers = dict[str, Any]
 START: dict[str, float] = {
-    "share": 0.9,
-    "share_named": 0.5,
+    "share": 0.6,
+    "share_named": 0.6,
+    "share_second": 0.5,
     "share_unnamed": 0.3,
     "one": 5.0,
-    "two": 14.0,
-    "unnamed": 7.0,
-    "form": 0.03,
+    "two": 4.0,
+    "unnamed": 6.0,
+    "form_here": 0.15,
+    "form": 0.01,
     "rest": 0.3,
     "much": 30.0,
 }

@@ -6,23 +6,25 @@ neither is exact for the machine. So evidence counts by a share of itself, and a
 against every step away from a sound machine:
 
     score(none) = 0
-    score(some name) = most of share t(ln B - sound) - price(size), over all sets
-    score(no name) = share' (ln B - sound) - price(unnamed)
+    score(some name) = most of share t(lead) + second - price, over all sets
+    score(no name) = share' t(lead) - price(unnamed)
+    second = share" t(gain - form lead) - price(two)      for sets of two, else 0
 
-with t(x) = much ln(1 + x / much): no law is known to the letter, so ten times the evidence is not
-ten times as sure. Probabilities go as exp(score). The sets of names divide theirs as
-exp(share_named (ln B - sound) - price): beside each other signatures are wrong by more than a sound
-machine is. A kind of effect is as likely as another, so one that has many places is less likely at
-each. `sound` is what sound machines reach, for each kind of effect of the set: some signatures look
-like what the model itself is wrong about, others like nothing. An effect's law is another than its
-signature to the letter: a second effect in the same balances must explain more than a share `form`
-of what the first explains, and what errors of any course at its places explain beyond a set and LAW
-of it counts against it (`rest`). Errors of any course in time fit what is wrong with the model
-itself, too: their evidence counts by less (share'). Sets that hold what no name covers, or a
-tolerance of any workshop far beyond its size, count as `unnamed`, and so does the share `lapse` of
-every name: so often a name that was said of runs with known answers was wrong or not alone, however
-much it explained. The numbers are in `calibration.yaml`; `testbed lab fit-robot-diagnosis` fits
-them.
+`lead` is ln B of a set's stronger effect alone beyond what sound machines reach, `gain` what the
+other adds to it, beyond the same for its kind. t(x) = much ln(1 + x / much): no law is known to the
+letter, so ten times the evidence is not ten times as sure; nor is a second effect sure that
+explains but a share `form` of what the first one does: at one place (`form_here`) a law's own error
+looks like one. Probabilities go as exp(score). The sets of names divide theirs as
+exp(share_named lead + second): beside each other signatures are wrong by more than a sound machine
+is. A kind of effect is as likely as another, so one that has many places is less likely at each.
+What sound machines reach (`sound`) is known for each kind: some signatures look like what the model
+itself is wrong about, others like nothing. What errors of any course at its places explain beyond a
+set and LAW of it counts against it (`rest`). Errors of any course in time fit what is wrong with
+the model itself, too: their evidence counts by less (share'). Sets that hold what no name covers,
+or a tolerance of any workshop far beyond its size, count as `unnamed`, and so does the share
+`lapse` of every name: so often a name that was said of runs with known answers was wrong or not
+alone, however much it explained. The numbers are in `calibration.yaml`; `testbed lab
+fit-robot-diagnosis` fits them.
 """
 
 from __future__ import annotations
@@ -87,10 +89,15 @@ class Weighed:
 
     names: tuple[Names, ...]
     """NO_NAME for all that have none."""
-    above: Array
-    """Evidence beyond what sound machines reach."""
-    bent: Array
-    """Evidence for the likelier of two effects, of whose form the other may be made."""
+    lead: Array
+    """Evidence for the stronger effect alone, beyond what sound machines reach."""
+    gain: Array
+    """What the other of two adds to it, likewise; 0 for one effect."""
+    here: Array
+    """Evidence for the stronger of two at one place, of whose law's error the other may be made;
+    `elsewhere`: of two at two places that some balance shows both.
+    """
+    elsewhere: Array
     left: Array
     """What errors of any course at its places explain beyond a set."""
     two: Array
@@ -108,24 +115,25 @@ class Weighed:
     def of(cls, signs: RobotSigns, numbers: Mapping[str, Any]) -> Weighed:
         """Beyond what the number `sound` has for each kind."""
         alone = {names[0]: factor for names, factor in signs.sets if len(names) == 1}
-        rows = [_weighed(names, factor, alone, numbers) for names, factor in signs.sets]
+        rows = [
+            _weighed(names, factor, alone, numbers["sound"], names in signs.apart)
+            for names, factor in signs.sets
+        ]
         told = tuple(NO_NAME if not has_names(names) else names for names, _ in signs.sets)
-        apart = [names in signs.apart for names, _ in signs.sets]
-        columns = np.array(rows, dtype=np.float64).reshape(-1, 7).T
-        above, bent, left, two, unnamed, bends, places = columns
-        return cls(told, above, np.where(apart, 0.0, bent), left, two, unnamed, bends, places)
+        return cls(told, *np.array(rows, dtype=np.float64).reshape(-1, 9).T)
 
     def scores(self, numbers: Mapping[str, Any]) -> Array:
         """(k,) against a sound machine's 0."""
-        one, two, without = (numbers[key] for key in ("one", "two", "unnamed"))
-        price = np.where(self.two, two, one) + self.unnamed * (without - one)
-        price = price + (1.0 - self.unnamed) * numbers["rest"] * self.left
         share = np.where(self.bends, numbers["share_unnamed"], numbers["share"])
-        shown = self.above - numbers["form"] * self.bent
-        out = np.asarray(share * tempered(shown, numbers["much"]) - price)
+        price = np.where(self.unnamed, numbers["unnamed"], numbers["one"])
+        rest = (1.0 - self.unnamed) * numbers["rest"] * self.left
+        bent = numbers["form_here"] * self.here + numbers["form"] * self.elsewhere
+        added = tempered(self.gain - bent, numbers["much"])
+        beside = self.two * (numbers["share_second"] * added - numbers["two"]) - rest
+        out = np.asarray(share * tempered(self.lead, numbers["much"]) + beside - price)
         named = self.unnamed == 0.0
         if named.any():
-            rivals = (numbers["share_named"] * shown - price - self.places)[named]
+            rivals = (numbers["share_named"] * self.lead + beside - self.places)[named]
             out[named] = out[named].max() + rivals - np.logaddexp.reduce(rivals)
         return out
 
@@ -144,14 +152,23 @@ def chances(scores: Array) -> tuple[Array, float]:
 
 
 def _weighed(
-    names: Names, factor: float, alone: Mapping[str, float], numbers: Mapping[str, Any]
+    names: Names,
+    factor: float,
+    alone: Mapping[str, float],
+    sound: Mapping[str, float],
+    apart: bool,
 ) -> tuple[float, ...]:
     """A row of Weighed."""
-    sound = sum(numbers["sound"].get(kind_of(name), 0.0) for name in names)
+    reach = {name: sound.get(kind_of(name), 0.0) for name in names}
     two = len(names) == 2
+    first = max(names, key=lambda name: alone.get(name, 0.0)) if two else names[0]
+    strong = max(alone.get(first, 0.0), 0.0) if two else factor
+    one_place = len({place_of(name) for name in names}) == 1
     return (
-        factor - sound,
-        max(0.0, *(alone.get(name, 0.0) for name in names)) if two else 0.0,
+        strong - reach[first],
+        factor - strong - sum(reach[name] for name in names if name != first) if two else 0.0,
+        strong if two and one_place else 0.0,
+        strong if two and not one_place and not apart else 0.0,
         _left_at_its_places(names, factor, alone),
         two,
         not has_names(names),
