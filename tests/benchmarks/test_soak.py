@@ -16,7 +16,7 @@ import pytest
 import yaml
 
 from testbed.benchmarks.harness import answers
-from testbed.benchmarks.soak import killed, sandbox
+from testbed.benchmarks.soak import killed, sandbox, spoilt
 from testbed.benchmarks.soak.adversity import _broken, _with_clock
 from testbed.benchmarks.soak.benchmark import KINDS, Soak
 from testbed.benchmarks.soak.endurance import growth_mb, split
@@ -166,3 +166,13 @@ def test_a_short_soak_finds_nothing_wrong() -> None:
     only = tuple(kind for kind in KINDS if kind not in ("killed training", "killed commissioning"))
     soak = Soak(trials=4, hours=0.01, only=(*only, "random actions", "hours of drilling"))
     assert soak.summarise(answers(soak))["wrong"] == {}
+
+
+def test_what_is_spoilt_is_served_before(tmp_path: Path) -> None:
+    """Of files that are refused as they are, nothing would be tried by changing them."""
+    whole = tmp_path / "whole.yaml"
+    whole.write_text(yaml.safe_dump(spoilt.SWEEP))
+    spoilt._unfolds(whole)
+    for tree in (spoilt.ROBOT_MODEL, spoilt.LEG_MODEL):
+        whole.write_text(yaml.safe_dump(tree))
+        spoilt._runs("stand_slope_45", whole)

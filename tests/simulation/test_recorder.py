@@ -98,6 +98,19 @@ def test_a_file_is_the_same_however_its_parts_were_cut(
     assert pq.ParquetFile(files[0]).num_row_groups == 3
 
 
+def test_rows_that_wait_for_their_group_lie_in_a_few_pieces(tmp_path: Path) -> None:
+    """A slow recording hands over few rows at a time, for hours until a group is full."""
+    recorder = RunRecorder(tmp_path, ["t", "a", "b"], ["t", "load"], META)
+    _blocks(recorder, 300, 2)
+    recorder.close()
+    waiting = recorder._joined["data"]._waiting
+    assert len(waiting) == 600
+    assert waiting.column("a").num_chunks <= 17
+    assert (
+        waiting.column("a").to_pylist() == pq.read_table(tmp_path / "data.parquet")["a"].to_pylist()
+    )
+
+
 @pytest.mark.slow
 def test_sparse_rows_are_gathered_for_some_seconds_and_no_longer(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -34,12 +34,12 @@ WHOLE = 1.0 / 30.0
 MACHINES = ("climber_8t", "quarter_model")
 SWEEP: dict[str, Any] = {
     "format": "roboclimber-sweep/1",
-    "scenario": "stand_flat",
+    "scenario": "stand_slope_45",
     "duration_s": 0.1,
     "keep": "summary",
     "seeds": [1, 2],
     "set": {"sensors.noise": False},
-    "grid": {"terrain.slope_deg": [0, 10]},
+    "grid": {"terrain.slope_deg": [40, 50]},
     "list": [{"robot.payload_kg": 100}, {"terrain.friction": 0.6}],
     "latin": {"samples": 2, "seed": 3, "ranges": {"ropes.share": [0.5, 1.0]}},
 }
