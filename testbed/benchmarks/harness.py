@@ -19,7 +19,7 @@ from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from testbed.benchmarks.marks import code, digest, sources
 from testbed.errors import InputError
-from testbed.formats.files import Lines, write_json, write_text
+from testbed.formats.files import Lines, plain, write_json, write_text
 from testbed.formats.ownership import owned
 from testbed.report.progress import counting_progress
 from testbed.report.tables import Table, markdown
@@ -28,6 +28,9 @@ from testbed.simulation.workers import Workers, work_through
 CaseT = TypeVar("CaseT")
 Answers = dict[str, Any]
 LINES = "cases.jsonl"
+DIGITS = 5
+"""Significant digits of the fractions in NAME.json: more than any benchmark's cases can tell apart.
+"""
 
 
 class Benchmark(ABC, Generic[CaseT]):
@@ -111,13 +114,26 @@ def run(benchmark: Benchmark[Any], out: Path, jobs: int = 1) -> Any:
 
 
 def write(benchmark: Benchmark[Any], result: Any, out: Path) -> None:
-    """NAME.json, NAME.md, NAME.html and what the benchmark adds."""
-    write_json(out / f"{benchmark.name}.json", benchmark.published(result))
+    """NAME.json with its numbers rounded, NAME.md, NAME.html and what the benchmark adds."""
+    write_json(out / f"{benchmark.name}.json", rounded(plain(benchmark.published(result))))
     write_text(out / f"{benchmark.name}.md", "\n".join(map(markdown, benchmark.tables(result))))
     page = benchmark.page(result)
     if page is not None:
         write_text(out / f"{benchmark.name}.html", page)
     benchmark.write_more(result, out)
+
+
+def rounded(tree: Any) -> Any:
+    """What JSON knows, with every fraction to DIGITS significant digits; whole numbers, such as
+    counts and seeds, stay what they are.
+    """
+    if isinstance(tree, dict):
+        return {name: rounded(item) for name, item in tree.items()}
+    if isinstance(tree, list):
+        return [rounded(item) for item in tree]
+    if isinstance(tree, float):
+        return float(f"{tree:.{DIGITS}g}")
+    return tree
 
 
 def answers(benchmark: Benchmark[CaseT], jobs: int = 1, out: Path | None = None) -> Answers:

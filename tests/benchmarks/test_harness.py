@@ -5,6 +5,7 @@ process.
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -12,12 +13,14 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from counting_benchmark import Counting
 
 from testbed.benchmarks import marks
-from testbed.benchmarks.harness import LINES, answers, run, stored
+from testbed.benchmarks.harness import LINES, Answers, answers, rounded, run, stored
 from testbed.benchmarks.marks import code, sources
 from testbed.errors import InputError
 from testbed.formats.ownership import owned
@@ -47,6 +50,37 @@ def test_every_case_is_worked_out_once_and_the_result_is_written(
     assert (out / "counting.md").read_text() == (
         "## Squares\n\n| square |\n| --- |\n| 0 |\n| 1 |\n| 4 |\n| 9 |\n"
     )
+
+
+class Fractions(Counting):
+    """Its result holds fractions, and whole numbers that are long."""
+
+    def summarise(self, answers: Answers) -> dict[str, Any]:
+        return {
+            "squares": [1],
+            "share": 2.0 / 3.0,
+            "force_n": np.float64(123456.7),
+            "of": (1.0e-7 / 3.0, [-9.999996, math.nan]),
+            "seed": 2**53 + 1,
+            "met": True,
+        }
+
+
+def test_a_written_result_has_five_digits_and_the_returned_one_all(
+    made: Path, tmp_path: Path
+) -> None:
+    result = run(Fractions(made), tmp_path / "out")
+    assert result["share"] == 2.0 / 3.0
+    written = json.loads((tmp_path / "out" / "counting.json").read_text())
+    assert written == {
+        "squares": [1],
+        "share": 0.66667,
+        "force_n": 123460.0,
+        "of": [3.3333e-08, [-10.0, None]],
+        "seed": 2**53 + 1,
+        "met": True,
+    }
+    assert rounded(written) == written
 
 
 def test_more_cases_add_to_those_that_are_there(made: Path, tmp_path: Path) -> None:
