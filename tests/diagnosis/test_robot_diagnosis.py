@@ -18,6 +18,14 @@ from testbed.benchmarks.diagnosis.robot_scores import scores, target
 from testbed.benchmarks.harness import LINES
 from testbed.diagnosis.leg.findings import FORMAT
 from testbed.diagnosis.robot.diagnose import SHORTEST_S, check_duration
+from testbed.diagnosis.robot.probabilities import (
+    NO_NAME,
+    RobotSigns,
+    calibration,
+    distribution,
+    leading,
+    tempered,
+)
 from testbed.diagnosis.robot.rig import through_amplifier
 from testbed.effects import by_name
 from testbed.errors import InputError
@@ -80,6 +88,7 @@ def run_trial(seed: int, truth: list[str], said: list[str], factor: float) -> di
 
 
 GAIN = ["sensor.gain_a@fl_vertical"]
+FRICTION = ("friction.pressure@fl_rotation",)
 
 
 def test_scores_count_names_places_intervals_and_what_is_closed() -> None:
@@ -89,6 +98,38 @@ def test_scores_count_names_places_intervals_and_what_is_closed() -> None:
     assert found["closed_share"]["p50"] == pytest.approx((9 - 4) / (9 - 1))
     wrong = scores([run_trial(1, GAIN, ["sensor.gain_b@fl_vertical"], 90.0)])
     assert wrong["place_named"]["share"] == 1.0 and wrong["name_and_place"]["share"] == 0.0
+
+
+def test_what_no_belief_can_close_is_told_apart_from_what_it_could() -> None:
+    trial = run_trial(1, GAIN, GAIN, 90.0)
+    oil = trial | {"closed": {"before": 300.0, "after": 300.0, "told": 300.0, "sound": 100.0}}
+    found = scores([trial | {"closed": trial["closed"] | {"told": 150.0}}, oil])
+    assert found["closed_share"]["of"] == 2 and found["closed_of_closable"]["of"] == 1
+    assert found["closed_of_closable"]["p50"] == pytest.approx((9 - 4) / (9 - 2.25))
+
+
+@pytest.mark.parametrize("right", [12, 20])
+def test_a_name_is_stated_no_surer_than_names_have_been_right(right: int) -> None:
+    other = ["friction.load@fl_vertical"]
+    trials = [run_trial(k, GAIN if k < right else other, GAIN, 60.0 + k) for k in range(20)]
+    trials += [run_trial(20 + k, [], [], 5.0 + 0.2 * k) for k in range(20)]
+    said = [t for t in restated(trials, fit(trials)) if t["names"]]
+    stated = [t["hypotheses"][0]["probability"] for t in said]
+    assert len(said) == 20 and np.mean(stated) == pytest.approx(right / 20, abs=0.03)
+
+
+def test_evidence_counts_less_and_less() -> None:
+    counted = tempered(np.array([-5.0, 0.1, 10.0, 1000.0]), 20.0)
+    np.testing.assert_allclose(counted[:2], [-5.0, 0.1], rtol=3e-3)
+    np.testing.assert_allclose(counted[2:], [20.0 * np.log(1.5), 20.0 * np.log(51.0)])
+
+
+@pytest.mark.parametrize(("any_course", "verdict"), [(42.0, FRICTION), (90.0, NO_NAME)])
+def test_a_name_that_leaves_much_to_an_error_of_any_course_is_none(
+    any_course: float, verdict: tuple[str, ...]
+) -> None:
+    tried = ((FRICTION, 40.0), (("unnamed.force@fl_rotation",), any_course))
+    assert leading(distribution(RobotSigns(tried), calibration())) == verdict
 
 
 def test_fitted_numbers_tell_strong_evidence_from_weak() -> None:

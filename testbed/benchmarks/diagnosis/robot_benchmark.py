@@ -116,10 +116,17 @@ def _second(found: Mapping[str, Any]) -> Table:
 
 
 def _closed(found: Mapping[str, Any]) -> Table:
-    shares = found["closed_share"]
-    row = [f"{shares[k]:.2f}" if shares else "" for k in ("p10", "p50", "p90")]
+    asked = {
+        "of what the hidden effects add": found["closed_share"],
+        "of what believing them to the number closes": found["closed_of_closable"],
+    }
+    rows = [
+        [what, str(shares["of"]), *(f"{shares[k]:.2f}" for k in ("p10", "p50", "p90"))]
+        for what, shares in asked.items()
+        if shares["of"]
+    ]
     title = "Share of the foot-force error that is closed on another motion"
-    return Table(title, ["10th percentile", "median", "90th percentile"], [row])
+    return Table(title, ["share", "runs", "10th percentile", "median", "90th percentile"], rows)
 
 
 def _by_effect(found: Mapping[str, Any]) -> Table:

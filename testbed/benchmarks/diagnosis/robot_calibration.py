@@ -33,6 +33,7 @@ from testbed.diagnosis.robot.probabilities import (
     Names,
     RobotSigns,
     Weighed,
+    chances,
     distribution,
     leading,
 )
@@ -51,7 +52,8 @@ START: dict[str, float] = {
     "two": 14.0,
     "unnamed": 7.0,
     "form": 0.03,
-    "rest": 0.1,
+    "rest": 0.3,
+    "much": 30.0,
 }
 """Where the fit starts and what the ridge holds it to, in logarithms (E)."""
 SOUND_SHARE = 0.93
@@ -78,16 +80,15 @@ def fit(trials: Sequence[Trial]) -> Numbers:
     weighed = [(Weighed.of(signs, {"sound": sound}), truth) for signs, truth in runs]
     asked = [(w, _rows(w, truth), not truth) for w, truth in weighed]
 
-    def chances(moved: Array) -> Iterator[float]:
+    def given(moved: Array) -> Iterator[float]:
         numbers = unpacked(moved)
         for one, rows, none in asked:
-            scores = one.scores(numbers)
-            top = max(0.0, scores.max(initial=0.0))
-            weights, nothing = np.exp(scores - top), float(np.exp(-top))
-            yield float((weights[rows].sum() + nothing * none) / (weights.sum() + nothing))
+            sets, nothing = chances(one.scores(numbers))
+            yield float(sets[rows].sum() + nothing * none)
 
-    found = unpacked(least_loss(chances, [True] * len(START)))
-    return found | {"sound": sound, "width": fitted_width(trials)}
+    found = unpacked(least_loss(given, [True] * len(START)))
+    found |= {"sound": sound, "width": fitted_width(trials)}
+    return found | {"lapse": fitted_lapse(trials, found)}
 
 
 def _rows(weighed: Weighed, truth: frozenset[str]) -> npt.NDArray[np.bool_]:
@@ -115,6 +116,21 @@ def sound_reach(runs: Sequence[RobotSigns]) -> dict[str, float]:
     return {kind: reach for kind, reach in out.items() if reach > 0.0}
 
 
+def fitted_lapse(trials: Sequence[Trial], numbers: Numbers) -> float:
+    """Share of what is stated of names that must go to none of them, so that names are as often
+    right as is stated, over all runs in which one is said.
+    """
+    said = [t for t in restated(trials, numbers | {"lapse": 0.0}) if t["names"]]
+    stated = sum(_probability(t, frozenset(t["names"])) for t in said)
+    right = sum(frozenset(t["names"]) == target(t) for t in said)
+    return float(np.clip(1.0 - right / stated, 0.0, 0.5)) if said else 0.0
+
+
+def _probability(trial: Trial, names: frozenset[str]) -> float:
+    """What a trial states of a set of names."""
+    return sum(float(h["probability"]) for h in trial["hypotheses"] if {*h["names"]} == names)
+
+
 def fitted_width(trials: Sequence[Trial]) -> float:
     """By how much wider than the linear model says intervals must be, so that 90 % of those of
     effects that were named rightly hold the truth: from how far the truth lies from the value, in
@@ -132,12 +148,12 @@ def restated(trials: Sequence[Trial], numbers: Mapping[str, float]) -> list[Tria
     return [_restated(t, distribution(RobotSigns.from_json(t["signs"]), numbers)) for t in trials]
 
 
-def _restated(trial: Trial, chances: Mapping[Names, float]) -> Trial:
+def _restated(trial: Trial, found: Mapping[Names, float]) -> Trial:
     """A trial with these probabilities of sets of names, and what the diagnosis says of them."""
-    said = leading(chances)
+    said = leading(found)
     verdict = "none" if not said else "unnamed" if said == NO_NAME else "effect"
     names = list(said) if verdict == "effect" else []
-    return {**restate(trial, chances), "verdict": verdict, "names": names}
+    return {**restate(trial, found), "verdict": verdict, "names": names}
 
 
 def as_yaml(numbers: Numbers, trials: Sequence[Trial], held_out: Mapping[str, Any]) -> str:

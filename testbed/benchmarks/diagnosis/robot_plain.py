@@ -27,6 +27,8 @@ from testbed.scenario.scenario import Scenario, load_scenario
 SIZES = Path(__file__).with_name("robot_plain.yaml")
 SOUND = "sound"
 MOTIONS = ("stand", "walk", "drill")
+SECONDS = 20.0
+"""Of each scene so much is looked at."""
 BEFORE = 10_000
 """Seeds of recordings made before anything was hidden are so much higher."""
 
@@ -53,9 +55,8 @@ class Case:
         overrides = ["machine.draw=workshop", f"machine.seed={self.seed}"]
         if not before:
             overrides.append(f"undeclared={json.dumps(self.hidden())}")
-        return load_scenario(
-            plain_sizes()["scenes"][self.motion], overrides, self.seed + BEFORE * before
-        )
+        scene = plain_sizes()["scenes"][self.motion]
+        return load_scenario(scene, overrides, self.seed + BEFORE * before, SECONDS)
 
 
 @cache

@@ -26,6 +26,7 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
     both = [t for t in seen if t["kind"] == "double" and len(t["visible"]) == 2]
     sure = [t for t in trials if t["names"] and t["hypotheses"][0]["probability"] >= SURE]
     shares = [share for t in seen if (share := closed_share(t)) is not None]
+    closable = [share for t in seen if (share := closed_share(t, "told")) is not None]
     ratios = [t["closed"]["after"] / t["closed"]["before"] for t in trials if t["closed"]]
     return {
         "runs": len(trials),
@@ -45,7 +46,8 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
         "outside_not_named": rate([t["verdict"] != "effect" for t in outside]),
         "intervals": rate([distance <= 1.0 for t in seen for distance in distances(t)]),
         "second": second_motion([t for t in trials if t["second"]]),
-        "closed_share": quantiles(shares),
+        "closed_share": quantiles(shares) | {"of": len(shares)},
+        "closed_of_closable": quantiles(closable) | {"of": len(closable)},
         "made_worse": rate([ratio > WORSE for ratio in ratios]),
         "seconds": quantiles([t["seconds"] for t in trials]),
         "calibration": calibration(trials),
@@ -109,14 +111,16 @@ def _asked(t: Trial) -> Trial:
     return {**t, "truth": sorted(truth), "visible": bool(truth)}
 
 
-def closed_share(t: Trial) -> float | None:
-    """Share of the foot-force error that the hidden effects add on another motion which is closed;
-    None where nothing was named, or the effects add less than a tenth.
+def closed_share(t: Trial, best: str = "sound") -> float | None:
+    """Share of the foot-force error on another motion which is closed: of what the hidden effects
+    add (`best`: sound), or of what believing them to the number would close (`told`): an effect on
+    the oil moves the robot otherwise, and no belief makes up for it. None where nothing was named,
+    or there is less than a tenth to close.
     """
-    if not t["closed"]:
+    if best not in t["closed"]:
         return None
-    before, after, sound = (t["closed"][k] ** 2 for k in ("before", "after", "sound"))
-    return (before - after) / (before - sound) if before > ADDS**2 * sound else None
+    before, after, least = (t["closed"][k] ** 2 for k in ("before", "after", best))
+    return (before - after) / (before - least) if before > ADDS**2 * least else None
 
 
 def distances(t: Trial) -> Iterator[float]:

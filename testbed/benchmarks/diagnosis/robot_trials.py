@@ -19,6 +19,7 @@ import numpy.typing as npt
 from testbed.benchmarks.diagnosis.robot_draws import MOTIONS, SECONDS, Drawn, drawn
 from testbed.benchmarks.diagnosis.robot_recordings import Run, run_of
 from testbed.benchmarks.diagnosis.scores import Trial
+from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from testbed.diagnosis.robot.diagnose import RobotDiagnosis
     from testbed.diagnosis.robot.groups import Balances
     from testbed.diagnosis.robot.hypotheses import Ledger
+    from testbed.recording.robot_model import RobotModelFile
     from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
@@ -196,7 +198,8 @@ def rehearsals(folder: Path | None) -> dict[str, Ledger]:
 
 def _closed(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, float]:
     """Foot-force error, N RMS over the feet, on another motion: as believed, with what was found,
-    and of the machine without what is hidden; nothing where control refuses that motion.
+    with what is really hidden believed to the number (`told`), and of the machine without what is
+    hidden; nothing where control refuses that motion.
     """
     from testbed.diagnosis.robot.findings import models
     from testbed.recording.robot_model import RobotModelFile, write_robot_model
@@ -207,15 +210,30 @@ def _closed(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, float
     other = names[(names.index(case.motion) + 1) % len(names)]
     sound = Drawn(case.seed, case.motion, "clean", (), case.overrides[:-1])
     with TemporaryDirectory() as folder, suppress(InputError):
-        path = Path(folder) / "model.yaml"
-        write_robot_model(path, models(found, RobotModelFile())["after"])
+        after, told = (Path(folder) / name for name in ("model.yaml", "told.yaml"))
+        write_robot_model(after, models(found, RobotModelFile())["after"])
+        write_robot_model(told, told_model(case))
         run = run_of(case.scenario(other), asked.recordings)
         return {
             "before": force_error_n(run, None),
-            "after": force_error_n(run, path),
+            "after": force_error_n(run, after),
+            "told": force_error_n(run, told),
             "sound": force_error_n(run_of(sound.scenario(other), asked.recordings), None),
         }
     return {}
+
+
+def told_model(case: Drawn) -> RobotModelFile:
+    """The model file of who knows what is hidden in a run, to the number."""
+    from testbed.recording.leg_model import Parameter
+    from testbed.recording.robot_model import PlacedEffect, RobotModelFile
+
+    told = []
+    for hidden in case.hidden:
+        spec = by_name(hidden["effect"]).spec
+        values = {k: Parameter(value=v, unit=spec(k).unit) for k, v in hidden["parameters"].items()}
+        told.append(PlacedEffect(name=hidden["effect"], place=hidden["at"], parameters=values))
+    return RobotModelFile(effects=tuple(told))
 
 
 def force_error_n(run: Run, model: Path | None) -> float:

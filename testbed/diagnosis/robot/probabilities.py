@@ -6,20 +6,23 @@ neither is exact for the machine. So evidence counts by a share of itself, and a
 against every step away from a sound machine:
 
     score(none) = 0
-    score(some name) = most of share (ln B - sound) - price(size), over all sets
+    score(some name) = most of share t(ln B - sound) - price(size), over all sets
     score(no name) = share' (ln B - sound) - price(unnamed)
 
-and probabilities go as exp(score). The sets of names divide theirs as exp(share_named (ln B -
-sound) - price): beside each other signatures are wrong by more than a sound machine is. A kind of
-effect is as likely as another, so one that has many places is less likely at each. `sound` is what
-sound machines reach, for each kind of effect of the set: some signatures look like what the model
-itself is wrong about, others like nothing. An effect's law is another than its signature to the
-letter: a second effect in the same balances must explain more than a share `form` of what the first
-explains, and what errors of any course at its places explain beyond a set counts against it
-(`rest`). Errors of any course in time fit what is wrong with the model itself, too: their evidence
-counts by less (share'). Sets that hold what no name covers, or a tolerance of any workshop far
-beyond its size, count as `unnamed`. The numbers are in `calibration.yaml`; `testbed lab
-fit-robot-diagnosis` fits them.
+with t(x) = much ln(1 + x / much): no law is known to the letter, so ten times the evidence is not
+ten times as sure. Probabilities go as exp(score). The sets of names divide theirs as
+exp(share_named (ln B - sound) - price): beside each other signatures are wrong by more than a sound
+machine is. A kind of effect is as likely as another, so one that has many places is less likely at
+each. `sound` is what sound machines reach, for each kind of effect of the set: some signatures look
+like what the model itself is wrong about, others like nothing. An effect's law is another than its
+signature to the letter: a second effect in the same balances must explain more than a share `form`
+of what the first explains, and what errors of any course at its places explain beyond a set and LAW
+of it counts against it (`rest`). Errors of any course in time fit what is wrong with the model
+itself, too: their evidence counts by less (share'). Sets that hold what no name covers, or a
+tolerance of any workshop far beyond its size, count as `unnamed`, and so does the share `lapse` of
+every name: so often a name that was said of runs with known answers was wrong or not alone, however
+much it explained. The numbers are in `calibration.yaml`; `testbed lab fit-robot-diagnosis` fits
+them.
 """
 
 from __future__ import annotations
@@ -42,6 +45,10 @@ FILE = Path(__file__).with_name("calibration.yaml")
 Array = npt.NDArray[np.float64]
 Names = tuple[str, ...]
 NO_NAME: Names = (UNNAMED,)
+LAW = 0.1
+"""Errors of any course may explain so much more than a true effect does, share of its evidence: no
+law holds to the letter (E).
+"""
 
 
 @dataclass(frozen=True)
@@ -115,12 +122,25 @@ class Weighed:
         price = price + (1.0 - self.unnamed) * numbers["rest"] * self.left
         share = np.where(self.bends, numbers["share_unnamed"], numbers["share"])
         shown = self.above - numbers["form"] * self.bent
-        out = np.asarray(share * shown - price)
+        out = np.asarray(share * tempered(shown, numbers["much"]) - price)
         named = self.unnamed == 0.0
         if named.any():
             rivals = (numbers["share_named"] * shown - price - self.places)[named]
             out[named] = out[named].max() + rivals - np.logaddexp.reduce(rivals)
         return out
+
+
+def tempered(evidence: Array, much: float) -> Array:
+    """(k,) evidence as it counts: itself where it is small against `much`, then ever less."""
+    return np.where(evidence > 0.0, much * np.log1p(np.maximum(evidence, 0.0) / much), evidence)
+
+
+def chances(scores: Array) -> tuple[Array, float]:
+    """Probability of each set of scores (k,), and of a sound machine; together they are 1."""
+    top = max(0.0, float(scores.max(initial=0.0)))
+    sets, nothing = np.exp(scores - top), math.exp(-top)
+    total = float(sets.sum()) + nothing
+    return np.asarray(sets / total), nothing / total
 
 
 def _weighed(
@@ -149,13 +169,15 @@ def _ln_places(kind: str) -> float:
 def distribution(signs: RobotSigns, numbers: Mapping[str, Any]) -> dict[Names, float]:
     """Probability of every set of names, () for a sound machine and NO_NAME; they add up to 1."""
     weighed = Weighed.of(signs, numbers)
-    scores = weighed.scores(numbers)
-    weights = np.exp(scores - max(0.0, scores.max(initial=0.0)))
-    out: dict[Names, float] = {(): float(np.exp(-max(0.0, scores.max(initial=0.0))))}
-    for names, weight in zip(weighed.names, weights.tolist(), strict=True):
-        out[names] = out.get(names, 0.0) + weight
-    total = sum(out.values())
-    return {names: weight / total for names, weight in out.items()}
+    sets, nothing = chances(weighed.scores(numbers))
+    named = weighed.unnamed == 0.0
+    lapsed = float(numbers["lapse"] * sets[named].sum())
+    sets = np.where(named, (1.0 - numbers["lapse"]) * sets, sets)
+    out: dict[Names, float] = {(): nothing}
+    for names, chance in zip(weighed.names, sets.tolist(), strict=True):
+        out[names] = out.get(names, 0.0) + chance
+    out[NO_NAME] = out.get(NO_NAME, 0.0) + lapsed
+    return out
 
 
 def leading(weights: Mapping[Names, float]) -> Names:
@@ -170,12 +192,14 @@ def leading(weights: Mapping[Names, float]) -> Names:
 
 
 def _left_at_its_places(names: Names, factor: float, alone: Mapping[str, float]) -> float:
-    """By how much errors of any course at the places of a set explain more than the set does."""
+    """By how much errors of any course at the places of a set explain more than the set does, and
+    LAW of it.
+    """
     places = {place_of(name) for name in names}
     most = max(
         (f for n, f in alone.items() if is_unexplained(n) and place_of(n) in places), default=0.0
     )
-    return max(most - max(factor, 0.0), 0.0)
+    return max(most - (1.0 + LAW) * max(factor, 0.0), 0.0)
 
 
 def has_names(names: Names) -> bool:
