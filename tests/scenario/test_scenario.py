@@ -222,3 +222,8 @@ def test_a_scenario_without_a_name_is_called_after_its_file_whatever_its_letters
     write, file: str, name: str
 ) -> None:
     assert load_scenario(write("", file)).name == name
+
+
+def test_what_takes_one_number_or_four_says_so(write):
+    with pytest.raises(InputError, match=r"robot.vertical_m.*a number, or a list of four"):
+        load_scenario(write("robot: {vertical_m: 250mm}"))
