@@ -57,6 +57,8 @@ def _as_tuple(value: Any) -> Any:
 def _as_four(value: Any) -> Any:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return (value,) * 4
+    if not isinstance(value, (list, tuple)):
+        raise impossible("cannot be used", "a number, or a list of four")
     return _as_tuple(value)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -44,8 +45,8 @@ class Scenario(Checked):
     name: str = Field(
         min_length=1,
         max_length=80,
-        pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$",
-        description="short name; folders are called after it",
+        pattern=r"^[^\W_][\w.-]*$",
+        description="short name; folders are called after it; the file's, where none is given",
     )
     description: str = Field(default="", description="what it is for, one or two sentences")
     seed: int = Field(
@@ -133,6 +134,11 @@ class Scenario(Checked):
         return taken
 
 
+def _name_of(path: Path) -> str:
+    """A file's name as a scenario's: other signs than letters, digits and `_.-` become `_`."""
+    return re.sub(r"[^\w.-]+", "_", path.stem).strip("_.-") or "scenario"
+
+
 def load_scenario(
     path_or_name: str | Path,
     overrides: list[str] | tuple[str, ...] = (),
@@ -152,7 +158,7 @@ def load_scenario(
             file=path,
             allowed=f"format: {FORMAT} and the scenario's keys",
         )
-    data.setdefault("name", path.stem)
+    data.setdefault("name", _name_of(path))
     for change in overrides:
         put(data, change)
     if seed is not None:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from testbed.machine.model import Machine
+from testbed.machine.names import AXES
 from testbed.recording.robot_columns import described
 from testbed.scenario.scenario import Scenario
 
@@ -20,6 +21,7 @@ def recording_meta(
 
     Holds what the robot knows: no truth, no undeclared effect, no changed number of the world.
     """
+    ranges = transducer_ranges_pa(belief)
     return {
         "format": "roboclimber-recording/1",
         "rig": "robot",
@@ -29,7 +31,7 @@ def recording_meta(
         "description": scenario.description,
         "seed": scenario.seed,
         "task": scenario.task.kind,
-        "channels": {column: _channel(column) for column in data_columns},
+        "channels": {column: _channel(column, ranges) for column in data_columns},
         "surveyed": dict(surveyed),
         "known": known(belief),
     }
@@ -46,7 +48,19 @@ def known(machine: Machine) -> dict[str, Any]:
     }
 
 
-def _channel(column: str) -> dict[str, Any]:
+def transducer_ranges_pa(machine: Machine) -> dict[str, list[float]]:
+    """Lowest and highest reading of every pressure channel, Pa gauge, as its data sheet has it."""
+    return {
+        f"pressure_{chamber}_{axis}": [0.0, machine.axes[axis].sensor.pressure_range_pa]
+        for axis in AXES
+        for chamber in "ab"
+    }
+
+
+def _channel(column: str, ranges_pa: Mapping[str, list[float]]) -> dict[str, Any]:
     found = described(column)
     unit, *meaning = ("1",) if found is None else found
-    return {"column": column, "unit": unit} | ({"meaning": meaning[0]} if meaning else {})
+    out: dict[str, Any] = {"column": column, "unit": unit}
+    if column in ranges_pa:
+        out["range_pa"] = ranges_pa[column]
+    return out | ({"meaning": meaning[0]} if meaning else {})

@@ -79,9 +79,10 @@ def run_sweep(
     interrupted; what a killed process left is made again. Several processes may work in one `out`:
     each run has its lock, and is made once. After Ctrl-C the runs at work keep what they have,
     results hold those that are done, and KeyboardInterrupt goes on. Raises InputError where `out`
-    cannot be used.
+    cannot be used or a cluster does not answer.
     """
     check_sweep_folder(out)
+    workers.check()
     folder = make_folder(out / "runs").resolve()
     keeps = sweep.keeps_series(len(runs))
     todo = [

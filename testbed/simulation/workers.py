@@ -58,6 +58,11 @@ class Workers:
         address = os.environ.get("TESTBED_DASK")
         return cls(1, address) if address else cls(jobs)
 
+    def check(self) -> None:
+        """Raises InputError where a cluster is named that does not answer."""
+        if self.cluster:
+            cluster_client(self.cluster).close()
+
 
 HERE = Workers()
 

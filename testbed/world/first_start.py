@@ -11,7 +11,7 @@ import fcntl
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -36,10 +36,18 @@ def compile_for(function: Any, *arguments: Any) -> None:
     function.compile(tuple(numba.typeof(value) for value in arguments))
 
 
-def _estimates() -> None:
-    row, belief, state = (kind.zeros()[0] for kind in (DataRow, ChainBelief, ChainState))
+def _balance() -> None:
+    row, belief, state = _estimator()
     compile_for(balance, row, np.zeros(len(AXES)), belief["body"], state["body"])
-    compile_for(step_chain, row, belief, state)
+
+
+def _chain() -> None:
+    compile_for(step_chain, *_estimator())
+
+
+def _estimator() -> tuple[Any, Any, Any]:
+    row, belief, state = (kind.zeros()[0] for kind in (DataRow, ChainBelief, ChainState))
+    return row, belief, state
 
 
 def _plant() -> None:
@@ -76,14 +84,17 @@ def _zeros(kind: type[Record]) -> Any:
 
 
 FAMILIES: dict[str, Callable[[], None]] = {
-    "estimates": _estimates,
+    "balance": _balance,
+    "chain": _chain,
     "plant": _plant,
     "contacts": _contacts,
     "step": _step,
 }
-"""What is compiled together, by name, each in a process of its own."""
-FIRST, LAST = ("estimates", "plant", "contacts"), "step"
-"""A step is put together from what the others made."""
+"""What is compiled together, by name, each in a process of its own: none holds much memory."""
+FIRST, LAST = (("balance", "chain"), ("plant", "contacts")), "step"
+"""Two rows side by side: the chain of estimates is put together from the body's balance, a step
+from what all others made.
+"""
 
 
 def compile_apart() -> None:
@@ -99,8 +110,13 @@ def compile_apart() -> None:
         say = "testbed: the first start compiles the simulation, half a minute once ..."
         print(say, file=sys.stderr, flush=True)
         with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as side_by_side:
-            list(side_by_side.map(_in_child, FIRST))
+            list(side_by_side.map(_in_children, FIRST))
         _in_child(LAST)
+
+
+def _in_children(families: Sequence[str]) -> None:
+    for family in families:
+        _in_child(family)
 
 
 def _in_child(family: str) -> None:

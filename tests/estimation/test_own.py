@@ -284,3 +284,16 @@ def test_four_legs_take_less_than_thirty_microseconds_a_step() -> None:
             chain.step(row)
         quickest = min(quickest, (time.thread_time() - began) / 400)
     assert quickest < 30e-6
+
+
+def test_friction_at_rest_is_anywhere_in_its_set_where_no_valve_holds_the_oil() -> None:
+    """Load-holding valves let it settle; without, leaking edges go on pressing."""
+    shares = {}
+    for of_set in ("inferred", "original"):
+        machine = build_machine(of_set=of_set)
+        legs = Believed.from_machine(machine, 1e-3).legs
+        decisions = body_of(machine, MODEL, legs, 1e-3, np.zeros((2, 3)))[0]["decisions"]
+        shares[of_set] = decisions["rest_share"], decisions["fresh_more"]
+    assert shares["inferred"] == (OwnTuning().rest_share, OwnTuning().fresh_more)
+    share, more = shares["original"]
+    assert share == pytest.approx(1.0 / np.sqrt(3.0)) and share * (1.0 + more) == pytest.approx(1.0)

@@ -85,9 +85,12 @@ def test_after_a_long_gap_it_starts_anew() -> None:
 
 
 def test_another_detector_judges_the_stream() -> None:
+    """Without load-holding valves friction at rest is anywhere in its set: the estimate that the
+    threshold is held against takes a quarter of a second.
+    """
     stream = Stream(BELIEF, "threshold_own")
-    lifted = ROWS[:200].copy()
+    lifted = ROWS[:400].copy()
     lifted["pressure_a"][100:, 2] = 0.0  # fl_vertical
-    told = [stream.update(lifted[k : k + 1])["contact"][0] for k in range(200)]
+    told = [stream.update(lifted[k : k + 1])["contact"][0] for k in range(400)]
     assert told[99].tolist() == [1.0, 1.0, 1.0, 1.0]
-    assert told[199][0] == 0.0
+    assert told[399][0] == 0.0

@@ -16,9 +16,14 @@ from planted import FAULTS, load, planted
 from testbed.cli import main
 from testbed.errors import InputError
 from testbed.machine.build import build_machine
+from testbed.recording.checker.balance import Forces, leaves_fewer_newtons
 from testbed.recording.checker.check import check_recording
+from testbed.recording.checker.motion import Even
 from testbed.recording.checker.sensors import repetitions
+from testbed.recording.checker.spikes import spikes
 from testbed.recording.known import Known
+from testbed.scenario.scenario import load_scenario
+from testbed.simulation.description import recording_meta
 
 SAMPLES = Path(__file__).parents[1] / "data" / "first_version"
 LEG = SAMPLES / "leg" / "verify" / "press"
@@ -144,6 +149,68 @@ def test_a_leg_at_rest_may_bear_what_its_seals_hold_and_no_more(
     found = check_recording(sample.write(tmp_path / "standing"))
     errors = [f.channel for f in found.findings if f.severity == "error"]
     assert (not any("fl_vertical" in channel for channel in errors)) == usable
+
+
+@pytest.mark.parametrize(
+    ("lowest_pa", "range_pa", "clipped"),
+    [(0.0, [0.0, 1.0e7], False), (0.0, None, True), (4.0e5, [0.0, 1.0e7], True)],
+)
+def test_an_empty_chamber_is_not_clipped_where_its_range_is_declared(
+    lowest_pa: float, range_pa: list[float] | None, clipped: bool, tmp_path: Path
+) -> None:
+    sample = load(robot(tmp_path / "sound"))
+    name = "pressure_b_fl_rotation"
+    noise = np.random.default_rng(0).normal(lowest_pa, 3.0e3, len(sample.columns[name]))
+    sample.columns[name] = np.maximum(
+        noise + 1.0e5 * (np.arange(len(noise)) % 400 > 300), lowest_pa
+    )
+    if range_pa is not None:
+        sample.head["channels"][name]["range_pa"] = range_pa
+    found = check_recording(sample.write(tmp_path / "drained")).findings
+    assert any(f.channel == name and "clipped" in f.what for f in found) == clipped
+
+
+def test_a_runs_own_recording_declares_what_its_transducers_span() -> None:
+    columns = ["t", "pressure_a_fl_vertical", "supply_pressure"]
+    meta = recording_meta(load_scenario("stand_flat"), build_machine(), columns, {})
+    span = build_machine().sensor.pressure_range_pa
+    assert meta["channels"]["pressure_a_fl_vertical"]["range_pa"] == [0.0, span]
+    assert "range_pa" not in meta["channels"]["supply_pressure"]
+
+
+def test_a_counter_at_rest_flickers_by_a_count_and_a_spike_does_not() -> None:
+    counts = np.full(8000, 6250)
+    counts[[9, 700, 701, 1500, 2500, 4000, 5000, 6000]] += 1
+    assert not spikes(1e-5 * counts).any()
+    counts[2000] += 300
+    assert np.flatnonzero(spikes(1e-5 * counts)).tolist() == [2000]
+
+
+def test_a_scale_that_makes_one_force_outweigh_all_others_mends_no_balance() -> None:
+    """Of a leg whose strong seals move a foot in the air, which the reference hardly knows of."""
+    time = np.arange(0.0, 20.0, 0.001)
+    speed = 0.03 * np.sin(2.0 * np.pi * 0.2 * time)
+    seals = 14.0 * np.sign(speed)
+    known = Known(bore_m=0.016, rod_m=0.010, moving_mass_kg=0.0)
+    assert known.area_a_m2
+    shaken = np.random.default_rng(1).normal(0.0, 6.0, len(time))
+    series = {
+        "pressure_a": (seals + shaken) / known.area_a_m2,
+        "pressure_b": np.zeros_like(time),
+        "reference": -0.05 * np.sign(speed),
+    }
+    forces = Forces(Even(1000.0, speed, np.gradient(speed, 0.001), series), known)
+    assert forces.misfit({"reference": 3000.0}) < 0.5 * forces.misfit({})
+    assert not leaves_fewer_newtons(forces, {"reference": 3000.0})
+
+
+def test_bodies_that_no_estimate_could_read_are_found(tmp_path: Path) -> None:
+    sample = load(robot(tmp_path / "sound"))
+    (tmp_path / "bodies.urdf").write_text("no XML")
+    sample.head["surveyed"] = {**(sample.head.get("surveyed") or {})}
+    sample.head["surveyed"]["urdf"] = str(tmp_path / "bodies.urdf")
+    found = check_recording(sample.write(tmp_path / "other"))
+    assert not found.usable and "is not XML" in found.findings[0].what
 
 
 def test_a_header_that_cannot_be_read_is_a_finding_and_no_folder_is_an_error(

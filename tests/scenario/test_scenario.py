@@ -212,3 +212,18 @@ def test_a_scenario_survives_the_way_to_json_and_back() -> None:
 def test_a_number_that_no_machine_has_is_refused(path: str, value: float) -> None:
     with pytest.raises(InputError, match=path.rpartition(".")[2]):
         load_scenario("stand_flat", [f"hydraulics.parameters.{path}={value:g}"])
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [("Öl stand 机.yaml", "Öl_stand_机"), ("_-.yaml", "scenario"), ("a.b.yaml", "a.b")],
+)
+def test_a_scenario_without_a_name_is_called_after_its_file_whatever_its_letters(
+    write, file: str, name: str
+) -> None:
+    assert load_scenario(write("", file)).name == name
+
+
+def test_what_takes_one_number_or_four_says_so(write):
+    with pytest.raises(InputError, match=r"robot.vertical_m.*a number, or a list of four"):
+        load_scenario(write("robot: {vertical_m: 250mm}"))

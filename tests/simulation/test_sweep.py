@@ -30,6 +30,7 @@ from testbed.simulation.sweep import (
     summary_of,
     table,
 )
+from testbed.simulation.workers import Workers
 
 HEAD = "format: roboclimber-sweep/1\nscenario: stand_flat\nduration_s: 0.1\nkeep: summary\n"
 
@@ -140,6 +141,18 @@ def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
     sweep, runs = load_sweep(_file(tmp_path, ""))
     with pytest.raises(InputError, match="files of something else"):
         run_sweep(sweep, runs, tmp_path)
+
+
+def test_a_cluster_that_does_not_answer_leaves_no_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def silent(address: str) -> None:
+        raise InputError("does not answer", field="--dask", value=address)
+
+    monkeypatch.setattr("testbed.simulation.workers.cluster_client", silent)
+    with pytest.raises(InputError, match="does not answer"):
+        run_sweep(*load_sweep(_file(tmp_path, "")), tmp_path / "out", Workers(1, "tcp://nobody:1"))
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_run_that_another_process_is_at_is_left_alone(tmp_path: Path) -> None:

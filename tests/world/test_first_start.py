@@ -17,8 +17,11 @@ import pytest
 
 from testbed.world import first_start
 
+MOST_BYTES = 370e6
+"""What a process of a first start may hold."""
 START = """
 import json
+import resource
 from testbed.scenario.scenario import load_scenario
 from testbed.world.simulation import Simulation
 Simulation(load_scenario("drill_slope_45", duration=1.0)).run_block(1)
@@ -27,25 +30,31 @@ from testbed.world.between import between_steps
 from testbed.world.plant import plant_step
 print(json.dumps({f.py_func.__name__: [len(f.signatures), sum(f.stats.cache_misses.values())]
                   for f in (between_steps, plant_step, step_chain)}))
+most = max(resource.getrusage(whose).ru_maxrss for whose in (resource.RUSAGE_SELF,
+                                                             resource.RUSAGE_CHILDREN))
+print(1024 * most)
 """
 
 
-def _start(home: Path) -> tuple[dict[str, list[int]], str]:
+def _start(home: Path) -> tuple[dict[str, list[int]], str, int]:
+    """Functions -> signatures and cache misses; what was said; most bytes that a process held."""
     environment = os.environ | {"XDG_CACHE_HOME": str(home)}
     command = [sys.executable, "-c", START]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-    return json.loads(done.stdout.splitlines()[-1]), done.stderr
+    functions, held = done.stdout.splitlines()[-2:]
+    return json.loads(functions), done.stderr, int(held)
 
 
 @pytest.mark.long
 def test_children_compile_a_first_start_and_the_next_compiles_nothing(tmp_path: Path) -> None:
-    first, said = _start(tmp_path)
+    first, said, held = _start(tmp_path)
+    assert held <= MOST_BYTES
     assert said.count("\n") == 1 and "first start" in said
     assert first["between_steps"][0] == 1  # as the step calls it, and no other
     assert max(count for count, _ in first.values()) == 1
     assert all(missed == 0 for _, missed in first.values())  # the children's, found in the cache
-    second, said = _start(tmp_path)
-    assert said == ""
+    second, said, held = _start(tmp_path)
+    assert said == "" and held <= MOST_BYTES
     assert all(missed == 0 for _, missed in second.values())
 
 
@@ -93,8 +102,8 @@ def test_every_family_is_compiled_in_one_round_and_the_step_after_the_others(
         first_start.subprocess, "run", lambda command, **options: done.append(command[-1])
     )
     first_start.compile_apart()
-    assert set(done[:-1]) == {"estimates", "plant", "contacts"} and done[-1] == "step"
-    assert set(done) == set(first_start.FAMILIES)
+    assert set(done) == set(first_start.FAMILIES) and len(done) == len(set(done))
+    assert done.index("balance") < done.index("chain") and done[-1] == "step"
     assert capsys.readouterr().err.count("first start") == 1
 
 

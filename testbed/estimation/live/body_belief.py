@@ -19,13 +19,15 @@ from testbed.estimation.live.body_records import BodyBelief
 from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty, constants
 from testbed.machine.model import Axis, Machine
-from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS
+from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
 from testbed.machine.scale import Scale
 from testbed.recording.leg_model import EffectEntry
 from testbed.robot.linkage import Linkages
 from testbed.robot.model import RobotModel
 
 Array = NDArray[np.float64]
+EVEN = 1.0 / math.sqrt(3.0)
+"""One standard deviation of what is anywhere in a set, as a share of the set's half width."""
 
 
 @dataclass(frozen=True)
@@ -34,10 +36,12 @@ class OwnTuning:
     chosen on runs that no result is taken from; see `testbed estimators`.
 
     `friction_share`: sliding friction is known to this share; `rest_share`: one standard deviation
-    of friction at rest, as a share of its set's half width; `*_keep_s`: for how long a deviation
-    lasts (the balance's own shorter than friction's: else it takes what a stuck piston hides for an
-    error of the weight); `told_share`: of the filter's standard deviation, what intervals are made
-    of: deviations end where their sets do, so that large ones are rarer than a normal law has them.
+    of friction at rest, as a share of its set's half width, and `fresh_more` of it right after a
+    stop, where load-holding valves keep the oil and friction settles (else EVEN); `*_keep_s`: for
+    how long a deviation lasts (the balance's own shorter than friction's: else it takes what a
+    stuck piston hides for an error of the weight); `told_share`: of the filter's standard
+    deviation, what intervals are made of: deviations end where their sets do, so that large ones
+    are rarer than a normal law has them.
     """
 
     rich: bool = True
@@ -143,6 +147,8 @@ def body_of(
     out = BodyBelief.zeros()
     body = out[0]
     body["believed"] = 1.0
+    if not holds(machine):
+        t = replace(t, rest_share=EVEN, fresh_more=1.0 / EVEN - 1.0)  # right after a stop: an end
     _trust(body, t, model.total_mass_kg * GRAVITY_M_S2)
     body["decisions"]["end_zone"] = machine.scale.length * END_ZONE_M
     body["decisions"]["end_force"] = machine.scale.force * END_FORCE_N
@@ -170,6 +176,15 @@ def body_of(
         if axis.joint == "vertical":
             legs[index // len(JOINTS)].write(body["axes"][index].cylinder)
     return out
+
+
+def holds(machine: Machine) -> bool:
+    """Whether load-holding valves shut the oil of every vertical cylinder in.
+
+    Where none do, leaking edges press the pistons on against their seals for good: friction at rest
+    is anywhere in its set and does not settle in the middle.
+    """
+    return all(machine.axes[f"{leg}_vertical"].valve.holding_a for leg in LEGS)
 
 
 def _learnt(known: NDArray[Any], tuning: OwnTuning) -> NDArray[Any]:

@@ -125,12 +125,17 @@ class Forces:
 
     def misfit(self, change: Change) -> float:
         """What friction of the right sign leaves of the balance, as a share of the forces' size."""
+        rest_n, size_n = self.rest(change)
+        return rest_n / size_n
+
+    def rest(self, change: Change) -> tuple[float, float]:
+        """(what friction of the right sign leaves of the balance, the forces' size), N."""
         from scipy.optimize import nnls
 
         force, speed, size = self.left_over(change)
         moving = self.even.moving
         if moving.sum() < FEW:
-            return float(np.sqrt(np.mean(force**2))) / size
+            return float(np.sqrt(np.mean(force**2))), size
         rows = np.flatnonzero(moving)
         rows = rows[:: max(1, rows.size // ENOUGH)]
         force, speed = force[rows], speed[rows]
@@ -143,7 +148,7 @@ class Forces:
             columns.append(acceleration / max(float(np.abs(acceleration).max()), 1e-9))
         design = np.column_stack(columns)
         rest = force - design @ nnls(design, force)[0]
-        return float(np.sqrt(np.mean(rest**2))) / size
+        return float(np.sqrt(np.mean(rest**2))), size
 
 
 def suspects(forces: Forces, names: Mapping[str, str]) -> Iterator[Suspect]:
@@ -208,7 +213,12 @@ def check_balance(forces: Forces, names: Mapping[str, str]) -> Iterator[Finding]
         ((forces.misfit(suspect.change), suspect) for suspect in suspects(forces, names)),
         key=lambda trial: trial[0],
     )
-    trials = [trial for trial in trials if _called_for(trial[1].change, as_it_is, trial[0])]
+    trials = [
+        trial
+        for trial in trials
+        if _called_for(trial[1].change, as_it_is, trial[0])
+        and leaves_fewer_newtons(forces, trial[1].change)
+    ]
     scales = _other_scales(forces, names, as_it_is)
     if not trials or (scales and scales[0][0] < FAR_BETTER * trials[0][0]):
         yield from _scaled_or_open(forces, scales, as_it_is)
@@ -241,6 +251,13 @@ def _called_for(change: Change, before: float, after: float) -> bool:
     return turned or (before > GROSS and after < CLOSED)
 
 
+def leaves_fewer_newtons(forces: Forces, change: Change) -> bool:
+    """Whether a change mends the balance in N too, and not only as a share of forces that it makes
+    large.
+    """
+    return forces.rest(change)[0] < MENDED * forces.rest({})[0]
+
+
 Scale = tuple[float, str, float]
 """(share that is left, channel's label, factor that leaves it)."""
 
@@ -253,7 +270,8 @@ def _other_scales(forces: Forces, names: Mapping[str, str], as_it_is: float) -> 
         if (name in FORCES and name in forces.even.series) or inertia:
             factor = _best_factor(forces, name)
             left = forces.misfit({name: factor})
-            if left < min(MENDED**2 * as_it_is, max(CLOSED, GROSS * as_it_is)):
+            closes = left < min(MENDED**2 * as_it_is, max(CLOSED, GROSS * as_it_is))
+            if closes and leaves_fewer_newtons(forces, {name: factor}):
                 found.append((left, label, factor))
     return sorted(found)
 

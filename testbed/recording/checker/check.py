@@ -9,6 +9,7 @@ import numpy as np
 
 from testbed.errors import InputError
 from testbed.machine.names import AXES, LEGS
+from testbed.machine.urdf_check import read_urdf
 from testbed.recording.axis import read_recording
 from testbed.recording.axis_header import Header
 from testbed.recording.checker.balance import Forces, check_balance, check_reference
@@ -74,7 +75,8 @@ def check_recording(place: str | Path) -> Checked:
 
 def _refused(error: InputError) -> Finding:
     allowed = f"allowed: {error.allowed}" if error.allowed else "put it right"
-    return Finding("error", error.field or "recording", error.problem, str(error), allowed)
+    problem = " ".join(error.problem.split())
+    return Finding("error", error.field or "recording", problem, str(error), allowed)
 
 
 def _as_a_reader(raw: Raw, folder: Path) -> Iterator[Finding]:
@@ -84,6 +86,8 @@ def _as_a_reader(raw: Raw, folder: Path) -> Iterator[Finding]:
         read = read_foot if raw.rig == "foot" else read_robot
     try:
         read(folder)
+        if raw.machine is not None:
+            read_urdf(raw.machine.urdf)
     except InputError as error:
         yield _refused(error)
 

@@ -194,7 +194,7 @@ def _travel(raw: Raw, start: int, stop: int) -> float:
 
 def check_clipped(raw: Raw) -> Iterator[Finding]:
     """Channels at the end of their declared range, or that stand at their extreme as no noisy
-    channel does.
+    channel does. A gauge reading that stands at a declared 0 is that of an empty chamber.
     """
     for name, values in raw.series.items():
         if not name.startswith(SENSED):
@@ -209,7 +209,8 @@ def check_clipped(raw: Raw) -> Iterator[Finding]:
         first, length = repetitions(values)
         if len(first) > 1 and np.sum(length - 1) / len(values) < NOISY:
             for extreme in (float(values.max()), float(values.min())):
-                ends.append((extreme, values == extreme, "seen"))
+                if declared is None or not _is_end(extreme, declared):
+                    ends.append((extreme, values == extreme, "seen"))
         elif name in (REFERENCE, "actuator_force", "force"):
             top = float(values[np.argmax(np.abs(values))])
             if top and _held_while_pressed(raw, values == top):
@@ -226,6 +227,13 @@ def check_clipped(raw: Raw) -> Iterator[Finding]:
                 continue
             reported = True
             yield _clipped(raw, name, end, there, how)
+
+
+def _is_end(value: float, declared: tuple[float, float]) -> bool:
+    """Whether a value is one of the two ends of a declared range."""
+    low, high = declared
+    margin = 1e-3 * (high - low)
+    return value <= low + margin or value >= high - margin
 
 
 def _held_while_pressed(raw: Raw, there: Mask) -> bool:

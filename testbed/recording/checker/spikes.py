@@ -13,17 +13,28 @@ WINDOW, MOST_ROWS = 7, 2
 """Rows about each from which the median is taken, and how many in a row may be one spike."""
 FAR = 1.0
 """A spike leaves the median by more than this share of the span of 99.8 % of the channel."""
+COUNTS = 3.5
+"""And by more than so many of the channel's steps: a sensor at rest flickers by a count or two."""
 SMOOTH = ("position", "pressure_", "supply", "actuator", "force", "reference", "oil", "attitude")
 """Channels that cannot leave and come back within two rows; a command can."""
 
 
-def spikes(values: Array) -> Mask:
-    """Rows (n,) that are spikes."""
+def spikes(values: Array, resolution: float = 0.0) -> Mask:
+    """Rows (n,) that are spikes; `resolution`: the channel's declared step, 0 where none is."""
     from scipy.ndimage import median_filter
 
     low, high = np.quantile(values, [0.001, 0.999])
     away = np.abs(values - median_filter(values, WINDOW, mode="nearest"))
-    return np.asarray((away > FAR * (high - low)) & (high > low))
+    step = max(resolution, _smallest_step(values))
+    return np.asarray((away > FAR * (high - low)) & (away > COUNTS * step) & (high > low))
+
+
+def _smallest_step(values: Array) -> float:
+    """The smallest step of a channel that repeats its values as a counter does, 0 of any other."""
+    levels = np.unique(values)
+    if len(levels) < 2 or len(levels) > 0.1 * len(values):
+        return 0.0
+    return float(np.diff(levels).min())
 
 
 def check_spikes(raw: Raw) -> Iterator[tuple[Finding, Mask]]:
@@ -31,7 +42,7 @@ def check_spikes(raw: Raw) -> Iterator[tuple[Finding, Mask]]:
     for name, values in raw.series.items():
         if not name.startswith(SMOOTH) or not np.isfinite(values).all():
             continue
-        there = spikes(values)
+        there = spikes(values, raw.resolutions.get(name, 0.0))
         rows = np.flatnonzero(there)
         if not rows.size or rows.size > MOST_ROWS * max(1, len(values) // 1000):
             continue
