@@ -7,6 +7,7 @@ it, with PyTorch's own reader that builds nothing but tensors.
 from __future__ import annotations
 
 import io
+import warnings
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -62,7 +63,9 @@ def read_tensors(file: Path, part: str) -> Any:
     try:
         with zipfile.ZipFile(file) as archive:
             inside = io.BytesIO(archive.read(part))
-        return torch.load(inside, map_location="cpu", weights_only=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what it thinks of a file that is refused below
+            return torch.load(inside, map_location="cpu", weights_only=True)
     except Exception as error:  # PyTorch raises what it meets: pickle's, its own, the archive's
         raise InputError(
             f"is no policy: it has no safe {part}", file=file, allowed=ALLOWED
