@@ -30,19 +30,19 @@ Mask = npt.NDArray[np.bool_]
 class FootScale(Checked):
     """What is declared about a foot: the sizes that a detector measures its force by."""
 
-    nominal_load_n: float | None = Field(
-        default=None, gt=0.0, description="load of the standing foot, N"
-    )
-    breakaway_n: float | None = Field(
-        default=None, ge=0.0, description="error that friction leaves in the force at rest, N"
-    )
+    nominal_load_n: float | None = Field(default=None, gt=0.0)
+    """load of the standing foot, N"""
+    breakaway_n: float | None = Field(default=None, ge=0.0)
+    """error that friction leaves in the force at rest, N"""
 
 
 class FootHeader(AnyHeader):
     """The contents of a foot's recording.yaml."""
 
-    rig: Literal["foot"] = Field(description="one foot whose force is known")
-    known: FootScale = Field(default=FootScale(), description="the foot's own scale")
+    rig: Literal["foot"]
+    """one foot whose force is known"""
+    known: FootScale = FootScale()
+    """the foot's own scale"""
 
 
 @dataclass(frozen=True, eq=False)

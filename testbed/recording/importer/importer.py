@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import Field
 
 from testbed.errors import InputError
 from testbed.formats.checked import checked
@@ -35,15 +34,19 @@ ROBOTS = ("surveyed", "scenario", "seed", "task")
 class Source(Channel):
     """Where a quantity comes from."""
 
-    scale: float = Field(default=1.0, description="factor of the column")
-    offset: float = Field(default=0.0, description="added after the factor, in `unit`")
+    scale: float = 1.0
+    """factor of the column"""
+    offset: float = 0.0
+    """added after the factor, in `unit`"""
 
 
 class ReferenceSource(ReferenceForce):
     """Where the external force comes from."""
 
-    scale: float = Field(default=1.0, description="factor of the column")
-    offset: float = Field(default=0.0, description="added after the factor, in `unit`")
+    scale: float = 1.0
+    """factor of the column"""
+    offset: float = 0.0
+    """added after the factor, in `unit`"""
 
 
 def import_file(file: str | Path, map_file: str | Path, out: str | Path) -> Findings:
