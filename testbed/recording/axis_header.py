@@ -8,11 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.checked import Checked, Pair, checked
 from testbed.formats.units import UNITS, convertible, si_unit, span_to_si
 from testbed.formats.yaml_files import read_mapping
@@ -32,11 +31,11 @@ class Calibration(Checked):
     b: float
     """zero, V"""
 
-    def pressure_pa(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
+    def pressure_pa(self, volts: Array) -> Array:
         """The pressures that these voltages stand for."""
         return self.k_pa_per_v * (self.a * volts + self.b)
 
-    def volts(self, pressure_pa: NDArray[np.float64]) -> NDArray[np.float64]:
+    def volts(self, pressure_pa: Array) -> Array:
         """The voltages that stood for these pressures."""
         return (pressure_pa / self.k_pa_per_v - self.b) / self.a
 

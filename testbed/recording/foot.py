@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.checked import Checked, checked
 from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
@@ -23,8 +23,7 @@ from testbed.recording.axis_header import AnyHeader, check_format, check_quantit
 from testbed.recording.checks import check_finite, check_time
 from testbed.recording.quantities import quantities_of
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+Mask = Flags
 
 
 class FootScale(Checked):

@@ -11,10 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
-import numpy.typing as npt
-
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.checked import Checked, checked
 from testbed.formats.checked import Sequence as Listed
 from testbed.formats.table import read_columns
@@ -28,8 +26,6 @@ from testbed.recording.axis_header import AnyHeader, check_format, check_present
 from testbed.recording.checks import check_finite, check_pressure, check_span, check_time, in_pa
 from testbed.recording.former import UNITS, current_numbers, written_for
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
-
-Array = npt.NDArray[np.float64]
 
 
 class Declared(Checked):

@@ -7,9 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
 from testbed.benchmarks.control_tasks.oracle import HolePlan, KeepPlan
 from testbed.envs import named
 from testbed.envs.agents.base import Agent, Constant, Trained
@@ -18,8 +15,8 @@ from testbed.envs.agents.keep import Hauling, Secure, Yielding
 from testbed.envs.drill_hole import HANDBOOK
 from testbed.envs.policies import read_policy
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 
-Array = NDArray[np.float64]
 QP = ("control.distribution=qp",)
 SELDOM = 5
 MakeAgent = Callable[[Any], Agent]

@@ -13,13 +13,14 @@ from testbed.benchmarks.estimators.identification_trials import (
     friction_force,
     recording_of,
 )
-from testbed.benchmarks.paper.experiment import Array, Line, Result
+from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.figure_06 import in_the_air
 from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, run
 from testbed.benchmarks.paper.machine import chosen, once_per_machine
 from testbed.estimation.friction.identification import Identification, identify
 from testbed.estimation.friction.posterior import curve
 from testbed.estimation.leg.motion import smooth
+from testbed.formats.arrays import Array
 from testbed.laws.friction import steady_friction
 from testbed.machine.names import GRAVITY_M_S2
 

@@ -8,11 +8,9 @@ from bisect import bisect_right
 from itertools import accumulate
 
 import numpy as np
-from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.scenario.tasks import Drill
-
-Array = NDArray[np.float64]
 
 
 def ramp_share(begun_s: float, duration_s: float, ramp_s: float) -> float:

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from testbed.estimation.filters import (
     chi_square,
     huber,
@@ -17,6 +14,7 @@ from testbed.estimation.filters import (
     student_t,
 )
 from testbed.estimation.filters.base import Run
+from testbed.formats.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -40,11 +38,11 @@ class Filter:
 
     def __call__(
         self,
-        z_n: NDArray[np.float64],
+        z_n: Array,
         q_n2: float,
         r_n2: float,
         constants: dict[str, float] | None = None,
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Filter z[n] in N with this Q and R and one of its choices (the first one where none is
         given).
         """

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.checked import checked
 from testbed.formats.table import write_columns
 from testbed.formats.units import UNITS, to_si
@@ -23,7 +24,7 @@ from testbed.formats.yaml_files import read_mapping, write_yaml
 from testbed.recording.axis_header import FORMAT, Channel, ReferenceForce
 from testbed.recording.checker.check import check_recording
 from testbed.recording.checker.finding import Checked as Findings
-from testbed.recording.checker.raw import REFERENCE, Array, read_raw
+from testbed.recording.checker.raw import REFERENCE, read_raw
 from testbed.recording.importer.tables import read_any
 
 FIELDS = ("rig", "known", REFERENCE, "sample_rate_hz", "description", "source", "licence")

@@ -14,8 +14,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90
 from testbed.machine.names import AXES, LEGS, VERTICAL
 from testbed.robot.contact.geometry import FootLoads
@@ -24,7 +25,6 @@ from testbed.robot.loads.foot_loads import ExpectedLoads, Footing
 LEAST_SLOPE = 1e-9
 """Loss of load by push below which a foot never leaves, N/N."""
 
-Array = NDArray[np.float64]
 FRICTION_HOLD_N = 150.0
 """Standard deviation of what the cylinders' friction holds of the internal force (E; seen in thirty
 simulated stands).

@@ -14,15 +14,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, VERTICAL
 from testbed.robot.contact.geometry import FootLoads, Ground, Legs, feet_under_load
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.model import Payload, RobotModel
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,6 @@ from bisect import bisect_right
 from itertools import accumulate
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from testbed.control.drilling.thrust_plan import ramp_share
 from testbed.formats.records import Record, quantity
 from testbed.laws.drill import scale_order
@@ -19,7 +16,6 @@ from testbed.machine.model import Machine
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
 
-Array = NDArray[np.float64]
 Happened = dict[str, Any]
 
 
