@@ -9,9 +9,9 @@ import math
 from functools import lru_cache
 from typing import Any
 
+from testbed.benchmarks.control_tasks.agents.base import Agent
 from testbed.benchmarks.control_tasks.oracle import Found, search
 from testbed.benchmarks.control_tasks.tasks import Entrant, PlannedAgent, Task
-from testbed.envs.agents.base import Agent
 from testbed.formats.arrays import Array
 
 DECIDED = 1e-9

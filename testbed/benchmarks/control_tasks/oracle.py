@@ -16,9 +16,9 @@ from typing import Any, Self
 
 import numpy as np
 
-from testbed.envs.agents.base import Readings, Vector
-from testbed.envs.agents.drill_hole import action_of
-from testbed.envs.agents.keep import STEP_S, Secure
+from testbed.benchmarks.control_tasks.agents.base import Readings, Vector
+from testbed.benchmarks.control_tasks.agents.drill_hole import action_of
+from testbed.benchmarks.control_tasks.agents.keep import STEP_S, Secure
 from testbed.formats.arrays import Array, Flags
 
 POPULATION, KEPT = 8, 2

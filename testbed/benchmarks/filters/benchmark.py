@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from testbed.benchmarks.filters.rivals import OWN, RIVALS, Filter
 from testbed.benchmarks.filters.scenes import NOISE_N, RATE_HZ, SCENES, scene
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.estimation.filters.table import OWN, RIVALS, Filter
 from testbed.formats.arrays import Array
 from testbed.report.tables import Table
 

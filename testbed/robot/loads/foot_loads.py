@@ -184,3 +184,11 @@ _NORMALS = np.tile(np.array([0.0, 0.0, 1.0]), (len(LEGS), 1))
 def _floats(given: ArrayLike | None, default: Array) -> Array:
     """`given` as floats, or the default."""
     return default if given is None else np.asarray(given, dtype=float)
+
+
+def internal_force_of(feet_xy: Array) -> Array:
+    """(4,) loads of size 1 on feet (4, 2) that have neither sum nor moment: + on fl and rr, - on fr
+    and rl.
+    """
+    null = np.linalg.svd(np.vstack([np.ones(len(LEGS)), feet_xy.T]))[2][3]
+    return np.asarray(null * np.sign(null[0]))

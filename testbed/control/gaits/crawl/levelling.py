@@ -13,7 +13,7 @@ from testbed.control.measured import Measured
 from testbed.formats.arrays import Array, Flags
 from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.attitude import rotation_from_attitude, small_turn, write_rotation
-from testbed.robot.loads.foot_load_sets import internal_force_of
+from testbed.robot.loads.foot_loads import internal_force_of
 
 LEVEL_GAIN_1_S = 0.3
 """Rate at which standing legs take out a tilt or a turn of the body."""

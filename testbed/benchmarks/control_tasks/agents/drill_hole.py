@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.envs.agents.base import Readings, Vector
+from testbed.benchmarks.control_tasks.agents.base import Readings, Vector
 from testbed.envs.drill_hole import FEED_N, FEED_RANGE_N, HANDBOOK, DrillHoleEnv
 from testbed.envs.observations import HOLE_TABLE
 from testbed.formats.arrays import Array
