@@ -162,8 +162,7 @@ def sweep(
     seed; resumable.
     """
     from testbed.formats.files import write_text
-    from testbed.report.console import answer
-    from testbed.report.progress import counting_progress
+    from testbed.report.console import answer, counting_progress
     from testbed.report.sweep_page import page
     from testbed.scenario.sweep import load_sweep, sweep_of
     from testbed.simulation.sweep import Share, merge_sweeps, run_sweep, table
@@ -219,7 +218,7 @@ def view(
         field = "--scene" if scene else "--video"
         raise InputError("shows one run", field=field, value=len(folders), allowed="1 RUN")
     if video is not None:
-        from testbed.report.progress import working
+        from testbed.report.console import working
         from testbed.workflows.film import film
 
         with working("filming") as tell:

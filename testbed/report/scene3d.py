@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.errors import InputError
+from testbed.errors import InputError, extra
 from testbed.formats.arrays import Array
 from testbed.formats.files import whole
 from testbed.machine.names import AXES, LEGS, SIDES
@@ -53,24 +53,13 @@ GROUND, PATCH, ROPE, DRILL, TRUE = (
 )
 
 
-def library() -> Any:
-    """Rerun. Raises InputError with the command that installs it."""
-    try:
-        import rerun
-    except ImportError as error:
-        raise InputError(
-            "needs the extra `view`", allowed="pip install 'roboclimber-testbed[view]'"
-        ) from error
-    return rerun
-
-
 def write_scene(folder: str | Path) -> Path:
     """Write `scene.rrd` into a run's folder and return its path; works for a killed run too.
 
     Raises InputError where the folder holds no readable run, the run has no poses, or rerun is not
     installed.
     """
-    rr = library()
+    rr = extra("rerun", "view")
     run = read_run(folder)
     if (
         "body_pose_in_world_x" not in run.truth

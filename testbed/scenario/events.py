@@ -1,10 +1,13 @@
-"""What happens to a machine at a time that the scenario names."""
+"""What happens to a machine at a time that the scenario names; what must come out of the run, and
+under which change it must not.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import json
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from testbed.formats.checked import Checked, Triple, impossible
 from testbed.machine.names import AXES
@@ -151,3 +154,44 @@ Event = Annotated[
     | Turn,
     Field(discriminator="kind"),
 ]
+
+
+class Bound(Checked):
+    """What a number of the summary must be."""
+
+    min: float | None = None
+    """at least"""
+    max: float | None = None
+    """at most"""
+    equals: float | str | bool | None = None
+    """exactly"""
+
+    @model_validator(mode="after")
+    def _says_something(self) -> Bound:
+        if self.min is None and self.max is None and self.equals is None:
+            raise impossible("bounds nothing", "min, max or equals")
+        return self
+
+
+class Expect(Checked):
+    """What must come out of the run; the tests check it."""
+
+    verdict: Literal["stood", "lost footing", "fell", "slid", "rope broke"] | None = None
+    """how the run must end"""
+    summary: dict[str, Bound] = Field(default_factory=dict)
+    """dotted path in summary.json -> bound"""
+
+
+class Mutation(Checked):
+    """Changes of the scenario under which its `expect` must fail: proof that it says something. A
+    run ignores it.
+    """
+
+    set: dict[str, Any] = Field(min_length=1)
+    """dotted path of a value of this scenario -> its changed value"""
+    because: str = Field(min_length=1)
+    """why the expectation must then fail"""
+
+    def overrides(self) -> list[str]:
+        """The changes as `load_scenario` and `--set` take them: `a.b=c`."""
+        return [f"{path}={json.dumps(value)}" for path, value in self.set.items()]

@@ -17,11 +17,9 @@ from testbed.machine.urdf_check import lacking
 from testbed.resources import scenario as scenario_path
 from testbed.scenario.control_parts import Control, Estimator, Model
 from testbed.scenario.drilling import DrillHole
-from testbed.scenario.events import Event, LiftFoot, Payload, SetRope, Stop, Turn
-from testbed.scenario.expectation import Expect, Mutation
-from testbed.scenario.inert import put_out_of_use
+from testbed.scenario.events import Event, Expect, LiftFoot, Mutation, Payload, SetRope, Stop, Turn
 from testbed.scenario.machines import machines_of
-from testbed.scenario.possible import check_possible
+from testbed.scenario.possible import check_possible, put_out_of_use
 from testbed.scenario.raw import locate, put, spell_chain
 from testbed.scenario.tasks import Chain, Crawl, Drill, Program, RodChange, Stand, Sway, Task
 from testbed.scenario.terrain import Terrain
@@ -203,7 +201,7 @@ def _on_its_slope(scenario: Scenario) -> Scenario:
     terrain = scenario.terrain
     if terrain.elevation is None:
         return scenario
-    from testbed.scenario.elevation_slope import slope_of
+    from testbed.scenario.elevation import slope_of
 
     changed = terrain.model_copy(update={"slope_deg": slope_of(terrain)})
     return scenario.model_copy(update={"terrain": changed})

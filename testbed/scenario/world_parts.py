@@ -4,14 +4,56 @@ sensors, undeclared effects.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from testbed.formats.checked import Checked, Four, Numbers, Pair, Sequence, impossible
 from testbed.machine.names import AXES, LEGS
 from testbed.machine.sets import DEFAULT, SetName
-from testbed.scenario.hydraulic_parts import HydraulicPart
+
+HydraulicPart = Literal[
+    "friction",
+    "coulomb",
+    "stribeck",
+    "viscous",
+    "dwell",
+    "friction_position",
+    "friction_pressure",
+    "friction_load",
+    "friction_side_load",
+    "leakage",
+    "internal_leakage",
+    "outer_leakage",
+    "edge_leakage",
+    "air",
+    "hose",
+    "hose_elasticity",
+    "deadband",
+    "hysteresis",
+    "valve_dynamics",
+    "amplifier_lag",
+    "edge_asymmetry",
+    "load_holding",
+    "cushions",
+    "end_stops",
+    "line_b",
+    "transducer_lag",
+    "load_sensing",
+    "supply_droop",
+    "accumulator",
+    "pump_lag",
+    "power_limit",
+    "relief",
+    "case_leakage",
+    "oil_warming",
+    "viscosity",
+]
+HYDRAULIC_PARTS: tuple[str, ...] = get_args(HydraulicPart)
+"""The one list: the scenario checks against it, the world has a switch for each
+(testbed.world.switches).
+"""
+
 
 SensorPart = Literal[
     "encoder", "pressure", "supply_pressure", "rope_tension", "inertial", "oil_temperature"

@@ -22,8 +22,7 @@ from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import merged
 from testbed.world.foot_contacts import FootContacts
-from testbed.world.ground.shape import ground_shape
-from testbed.world.ground.terrain import Ground
+from testbed.world.ground.terrain import Ground, ground_shape
 from testbed.world.quiet import quiet
 from testbed.world.rotations import quaternion
 from testbed.world.view import View

@@ -35,6 +35,7 @@ from testbed.world import sensing
 from testbed.world.assembly import Assembled, assemble
 from testbed.world.between import (
     CONTROL,
+    DATA_COLUMNS,
     ESTIMATE,
     FEET,
     MOVE,
@@ -43,14 +44,14 @@ from testbed.world.between import (
     RECORD,
     SENSE,
     SLOW,
+    TRUTH_COLUMNS,
     RecordedRow,
     between_steps,
+    check_rows,
     schedule_of,
 )
-from testbed.world.drilling.drilling import drill_known
-from testbed.world.drilling.hold import DrillHold
+from testbed.world.drilling.drilling import DrillHold, drill_known
 from testbed.world.happenings import Happenings
-from testbed.world.plausible import DATA_COLUMNS, TRUTH_COLUMNS, check_rows
 from testbed.world.saved import State, restore, save
 from testbed.world.verdict import LOOK_TICKS
 

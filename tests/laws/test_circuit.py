@@ -7,9 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.laws.chamber_records import ChamberParameters, ChamberWork
 from testbed.laws.holding import COUNTERBALANCE, COUNTERBALANCE_BAND_PA, NO_HOLDING, PILOT_CHECK
-from testbed.laws.hydraulics import AxisInput, AxisState, hydraulic_step, sensed_load
+from testbed.laws.hydraulics import (
+    AxisInput,
+    AxisState,
+    ChamberParameters,
+    ChamberWork,
+    hydraulic_step,
+    sensed_load,
+)
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.port import PortFlow, held_port, port

@@ -34,7 +34,7 @@ from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
-from testbed.report.tables import Table
+from testbed.report.page import Table
 from testbed.robot.attitude import rotation_from_attitude
 from testbed.robot.contact.geometry import FootLoads
 from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, drill_wrench

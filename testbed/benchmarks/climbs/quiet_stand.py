@@ -17,7 +17,7 @@ import numpy as np
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
-from testbed.report.tables import Table
+from testbed.report.page import Table
 from testbed.scenario.scenario import load_scenario
 
 LOCKED = ("hydraulics.valves_locked=true",)

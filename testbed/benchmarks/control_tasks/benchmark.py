@@ -18,7 +18,7 @@ from testbed.benchmarks.control_tasks.tasks import TASKS, trained
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 Scores = Mapping[int, float]
 """By the case's seed."""

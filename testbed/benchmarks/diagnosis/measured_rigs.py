@@ -26,7 +26,7 @@ from testbed.estimation.leg.signals import signals_of
 from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording, Rig, read_rig
 from testbed.recording.leg_model import Friction, LegModel
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 CUT_HZ, ORDER, DECIMATED = 100.0, 4, 25
 FIRST, LAST = 5, 10

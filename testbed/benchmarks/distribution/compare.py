@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from testbed.benchmarks.distribution.cases import Case, Outcome
 from testbed.formats.arrays import Array
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 BASE = "qp"
 RESAMPLES, SPAN = 4000, (0.025, 0.975)

@@ -11,7 +11,7 @@ import numpy as np
 from testbed.benchmarks.distribution.cases import Case, Outcome
 from testbed.benchmarks.distribution.compare import BASE, against_base
 from testbed.formats.arrays import Array, Flags
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 
 def summarise(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from testbed.benchmarks.filters.rivals import OWN, RIVALS, Filter
 from testbed.benchmarks.filters.scenes import NOISE_N, RATE_HZ, SCENES, scene
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.formats.arrays import Array
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 Tree = dict[str, Any]
 FILTERS = {filter_.name: filter_ for filter_ in (*RIVALS, OWN)}

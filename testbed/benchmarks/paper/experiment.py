@@ -16,7 +16,7 @@ from typing import Any
 
 from testbed.formats.arrays import Array
 from testbed.formats.yaml_files import read_mapping
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 Rows = Sequence[Sequence[str]]
 FIGURES_YAML = Path(__file__).with_name("figures.yaml")

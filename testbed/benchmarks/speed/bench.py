@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.report.tables import Table
+from testbed.report.page import Table
 from testbed.scenario.scenario import Scenario, load_scenario
 
 ROUNDS = 15

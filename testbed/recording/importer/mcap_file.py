@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.errors import InputError
+from testbed.errors import InputError, extra
 from testbed.formats.arrays import Array
 
 CLOCKS = ("log_time", "publish_time")
@@ -55,17 +55,12 @@ def _messages(path: Path) -> Iterator[tuple[Any, Any]]:
     Whatever the library makes of a broken file (a dozen kinds of exception) is an InputError; so is
     a file that unpacks to more than fits.
     """
-    try:
-        from mcap.reader import make_reader
-    except ImportError as error:
-        raise InputError(
-            "MCAP needs the package mcap: pip install 'roboclimber-testbed[mcap]'", file=path
-        ) from error
+    reader = extra("mcap.reader", "mcap", file=path)
     unpacked = 0
     try:
         _check_chunks(path)
         with path.open("rb") as stream:
-            for _, channel, message in make_reader(stream).iter_messages():
+            for _, channel, message in reader.make_reader(stream).iter_messages():
                 unpacked += len(message.data)
                 if unpacked > MOST_UNPACKED:
                     raise _too_large(path, unpacked)

@@ -38,7 +38,7 @@ from testbed.laws.supply import (
     wanted_stroke,
 )
 from testbed.machine.build import build_machine
-from testbed.scenario.hydraulic_parts import HYDRAULIC_PARTS
+from testbed.scenario.world_parts import HYDRAULIC_PARTS
 from testbed.world.plumbing import unit_parameters
 from testbed.world.switches import AXIS_OFF, UNIT_OFF, switch_off
 
