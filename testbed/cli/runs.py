@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from testbed.cli.options import Changes, Dask, Gui, Jobs, Json, Model, Shipped, with_changes
+from testbed.cli.options import Changes, Dask, Gui, Jobs, Json, Model, Shipped, spread
 from testbed.errors import naming
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Out = Annotated[Path | None, typer.Option(help="Output folder. [runs/<name>-<seed>]")]
 
 
-@with_changes
+@spread
 def run(
     scenario: Shipped,
     changes: Changes,
@@ -68,7 +68,7 @@ def _in_the_browser(scenario: Scenario) -> Live:
     return page
 
 
-@with_changes
+@spread
 def save(
     scenario: Shipped,
     changes: Changes,
