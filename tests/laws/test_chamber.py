@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.laws.chamber import begin, inverses, settle
+from testbed.laws.chamber import begin, inverses, port, settle
 from testbed.laws.hydraulics import (
     AxisInput,
     AxisParameters,
@@ -19,7 +19,6 @@ from testbed.laws.hydraulics import (
     hydraulic_step,
 )
 from testbed.laws.oil import ATMOSPHERE_PA, gas_volume, specific_volume
-from testbed.laws.port import port
 from testbed.laws.supply import PowerUnit, SupplyState
 
 BULK, AIR = 1.4e9, 0.005

@@ -7,7 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.laws.holding import COUNTERBALANCE, COUNTERBALANCE_BAND_PA, NO_HOLDING, PILOT_CHECK
+from testbed.laws.chamber import port
+from testbed.laws.holding import (
+    COUNTERBALANCE,
+    COUNTERBALANCE_BAND_PA,
+    NO_HOLDING,
+    PILOT_CHECK,
+    held_port,
+)
 from testbed.laws.hydraulics import (
     AxisInput,
     AxisState,
@@ -18,7 +25,7 @@ from testbed.laws.hydraulics import (
 )
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.laws.port import PortFlow, held_port, port
+from testbed.laws.orifice import PortFlow
 from testbed.laws.supply import (
     LOAD_SENSING,
     UNLOADING,
