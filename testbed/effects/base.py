@@ -166,9 +166,12 @@ class Effect:
         """Its parameters from the numbers of its signature."""
         return dict(linear)
 
-    def positive(self, number: str) -> bool:
-        """Whether a number of its signature cannot be negative."""
-        return any(spec.name == number and spec.low >= 0.0 for spec in self.parameters)
+    def least(self, number: str) -> float:
+        """Below which a number of its signature cannot lie, or is no such effect; -inf: it may be
+        any.
+        """
+        above_zero = any(spec.name == number and spec.low >= 0.0 for spec in self.parameters)
+        return 0.0 if above_zero else -math.inf
 
     def to_linear(self, values: Values) -> dict[str, float]:
         """The numbers of its signature from its parameters: the other way round, as far as there is

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
@@ -39,9 +41,9 @@ class Thrust(Effect):
         """What the factor differs from 1 by."""
         return {"factor": values["factor"] - 1.0}
 
-    def positive(self, number: str) -> bool:
+    def least(self, number: str) -> float:
         """See Effect: the numbers of the signature have either sign."""
-        return False
+        return -math.inf
 
     def spread(self, number: str) -> float:
         """See Effect."""

@@ -105,9 +105,9 @@ class Cushion(Effect):
         start = float(parts @ starts) / whole if whole else float(starts[-1])
         return {"stiffness": whole, "start": float(np.clip(start, starts[0], starts[-1]))}
 
-    def positive(self, number: str) -> bool:
+    def least(self, number: str) -> float:
         """See Effect."""
-        return True
+        return 0.0
 
     def spread(self, number: str) -> float:
         """See Effect."""

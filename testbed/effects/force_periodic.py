@@ -96,9 +96,9 @@ class Periodic(Effect):
         amplitude = float(np.hypot(linear["cosine"], linear["sine"]))
         return {"amplitude": amplitude, "frequency": float(seen.line_hz[seen.axis(place)])}
 
-    def positive(self, number: str) -> bool:
+    def least(self, number: str) -> float:
         """See Effect: the numbers of the signature have either sign."""
-        return False
+        return -math.inf
 
     def spread(self, number: str) -> float:
         """See Effect."""

@@ -150,9 +150,9 @@ class Presliding(Effect):
         coulomb = float(np.median(seen.coulomb_n[:, seen.axis(place)]))
         return {"stiffness": coulomb / bend, "damping": USUAL_DAMPING_N_S_M}
 
-    def positive(self, number: str) -> bool:
+    def least(self, number: str) -> float:
         """See Effect."""
-        return True
+        return 0.0
 
     def spread(self, number: str) -> float:
         """See Effect."""

@@ -42,9 +42,9 @@ class Settling(Effect):
         sunk = np.array([0.0, *linear.values()])
         return {"rate": float(np.diff(sunk).max()) / KNOT_S, "depth": float(sunk.max())}
 
-    def positive(self, number: str) -> bool:
+    def least(self, number: str) -> float:
         """Ground does not rise."""
-        return True
+        return 0.0
 
     def spread(self, number: str) -> float:
         """See Effect."""

@@ -84,9 +84,9 @@ class Hose(Effect):
         )
         return {"capacity": whole, "time": max(time, 0.0)}
 
-    def positive(self, number: str) -> bool:
+    def least(self, number: str) -> float:
         """See Effect."""
-        return True
+        return 0.0
 
     def spread(self, number: str) -> float:
         """See Effect."""

@@ -75,7 +75,9 @@ class LineB(Effect):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Sensor B is late by 2 damping / w of the pressure's rate; its swing is not seen."""
         i = seen.axis(place)
-        return {"lag": Change(force={i: seen.area_b_m2[i] * seen.pressure_b_rate[:, i]})}
+        force = seen.area_b_m2[i] * seen.pressure_b_rate[:, i]
+        flow = seen.oil_by_lateness[:, i] * (0.0, 1.0)
+        return {"lag": Change(force={i: force}, oil={i: flow})}
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """Of a line with the usual damping."""
@@ -86,9 +88,9 @@ class LineB(Effect):
         """The other way round."""
         return {"lag": values["damping"] / (math.pi * values["natural_frequency"])}
 
-    def positive(self, number: str) -> bool:
+    def least(self, number: str) -> float:
         """See Effect."""
-        return True
+        return 0.0
 
     def spread(self, number: str) -> float:
         """See Effect."""

@@ -100,9 +100,9 @@ class Droop(Effect):
         mean = float(parts @ np.array(TIMES_S)) / whole if whole else TIMES_S[0]
         return {"droop": whole, "time": float(np.clip(mean, TIMES_S[0], TIMES_S[-1]))}
 
-    def positive(self, number: str) -> bool:
+    def least(self, number: str) -> float:
         """See Effect."""
-        return True
+        return 0.0
 
     def spread(self, number: str) -> float:
         """See Effect."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
@@ -44,9 +46,9 @@ class Pump(Effect):
         """What the factors differ from 1 by."""
         return {name: value - 1.0 for name, value in values.items()}
 
-    def positive(self, number: str) -> bool:
+    def least(self, number: str) -> float:
         """See Effect: the numbers of the signature have either sign."""
-        return False
+        return -math.inf
 
     def spread(self, number: str) -> float:
         """See Effect."""
