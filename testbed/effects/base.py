@@ -132,10 +132,8 @@ class Effect:
     alike: ClassVar[Mapping[str, str]] = {}
     """Effects that it is easily taken for -> what would tell them apart."""
 
-    one_sign: ClassVar[bool | None] = None
-    """Whether the numbers of its signature cannot be negative; None: as its parameters' bounds
-    have it.
-    """
+    lowest: ClassVar[float | None] = None
+    """Below which no number of its signature can lie; None: as its parameters' bounds have it."""
     usual: ClassVar[float | None] = None
     """How large they may be expected to be, where the parameters' priors do not tell."""
 
@@ -179,11 +177,14 @@ class Effect:
         """Its parameters from the numbers of its signature."""
         return dict(linear)
 
-    def positive(self, number: str) -> bool:
-        """Whether a number of its signature cannot be negative."""
-        if self.one_sign is not None:
-            return self.one_sign
-        return any(spec.name == number and spec.low >= 0.0 for spec in self.parameters)
+    def least(self, number: str) -> float:
+        """Below which a number of its signature cannot lie, or is no such effect; -inf: it may be
+        any.
+        """
+        if self.lowest is not None:
+            return self.lowest
+        above_zero = any(spec.name == number and spec.low >= 0.0 for spec in self.parameters)
+        return 0.0 if above_zero else -math.inf
 
     def to_linear(self, values: Values) -> dict[str, float]:
         """The numbers of its signature from its parameters: the other way round, as far as there is

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
@@ -21,7 +23,7 @@ class Thrust(Effect):
     rigs = ()
     telling_motion = "order thrust in steps against firm rock while standing still"
     alike = {"robot.payload": "a payload is there without thrust"}
-    one_sign = False
+    lowest = -math.inf
     usual = 0.35
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:

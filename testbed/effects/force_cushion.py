@@ -48,7 +48,7 @@ class Cushion(Effect):
         "friction.position": "friction changes its sign with the direction of motion, a cushion does not",
     }
     hides = {"stiffness": "cushion_n_m", "start": "cushion_start_m"}
-    one_sign = True
+    lowest = 0.0
     usual = 3.0e4
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:

@@ -53,7 +53,7 @@ class Periodic(Effect):
         "a long, slow stroke with nothing else running, then with each auxiliary switched on"
     )
     hides = {"amplitude": "vibration_n", "frequency": "vibration_hz"}
-    one_sign = False
+    lowest = -math.inf
     usual = 500.0
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:

@@ -93,7 +93,7 @@ class Presliding(Effect):
         "sensor.delay": "a delay grows with the speed of a reversal, a bristle with its distance",
         "sensor.line_b": "a line lags at rest too",
     }
-    one_sign = True
+    lowest = 0.0
     usual = 0.5
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:

@@ -25,7 +25,7 @@ class Settling(Effect):
     telling_motion = "stand still for minutes with the valves shut"
     alike = {"leakage.internal": "a leak moves the encoder, a sinking foot does not"}
     hides = {"rate": "settling_m_s", "depth": "settling_depth_m"}
-    one_sign = True
+    lowest = 0.0
     usual = 5.0e-3
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:

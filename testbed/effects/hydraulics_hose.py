@@ -51,7 +51,7 @@ class Hose(Effect):
     telling_motion = "steps of pressure in A with the piston held, then a minute of rest"
     alike = {"hydraulics.air": "air softens both chambers, and at low pressure only"}
     hides = {"capacity": "hose_m3_pa", "time": "hose_s"}
-    one_sign = True
+    lowest = 0.0
     usual = 1.0e-12
 
     def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:

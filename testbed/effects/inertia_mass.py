@@ -53,5 +53,9 @@ class AddedMass(Effect):
         """Weight and inertia of what the piston moves."""
         return {"mass": seen.weighs(seen.asked_by_link[:, :, seen.axis(place)])}
 
+    def least(self, number: str) -> float:
+        """What moves with a piston may be lighter than drawn, but by no more than is expected."""
+        return self.spec(number).prior[0]
+
 
 EFFECTS = (AddedMass(),)

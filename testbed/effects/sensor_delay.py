@@ -67,7 +67,7 @@ class Delay(Effect):
         axis = seen.axis(place)
         late = seen.pressure_b_rate[:, axis] * seen.area_b_m2[axis]
         late = late - seen.pressure_a_rate[:, axis] * seen.area_a_m2[axis]
-        return {"delay": Change(force={axis: late})}
+        return {"delay": Change(force={axis: late}, oil={axis: seen.oil_by_lateness[:, axis]})}
 
 
 EFFECTS = (Delay(),)

@@ -49,7 +49,7 @@ class LineB(Effect):
     telling_motion = "sharp steps of the valve against a held piston, then slow ramps"
     alike = {"sensor.delay": "a delay makes pressure A late too"}
     hides = {"natural_frequency": "line_b_hz", "damping": "line_b_damping"}
-    one_sign = True
+    lowest = 0.0
     usual = 0.05
 
     def correct(self, signals: Signals, values: Values) -> Signals:
@@ -72,7 +72,9 @@ class LineB(Effect):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Sensor B is late by 2 damping / w of the pressure's rate; its swing is not seen."""
         i = seen.axis(place)
-        return {"lag": Change(force={i: seen.area_b_m2[i] * seen.pressure_b_rate[:, i]})}
+        force = seen.area_b_m2[i] * seen.pressure_b_rate[:, i]
+        flow = seen.oil_by_lateness[:, i] * (0.0, 1.0)
+        return {"lag": Change(force={i: force}, oil={i: flow})}
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """Of a line with the usual damping."""

@@ -68,7 +68,7 @@ class Droop(Effect):
     seen_in = ("flow", "supply")
     places = ("supply", *AXES)  # one power unit; a cylinder as its place is where it is felt
     telling_motion = "full-speed strokes after a rest, with the supply pressure recorded"
-    one_sign = True
+    lowest = 0.0
     usual = 2.0e9
 
     @property

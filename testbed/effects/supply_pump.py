@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
@@ -23,7 +25,7 @@ class Pump(Effect):
     looked_for = 49.0
     telling_motion = "all four vertical joints at full speed together, then a minute of rest"
     alike = {"supply.droop": "a droop passes with the flow, a lower set pressure stays"}
-    one_sign = False
+    lowest = -math.inf
     usual = 0.25
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:

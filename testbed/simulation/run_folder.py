@@ -88,16 +88,15 @@ class RunFolder:
         """Make single files of the rows, and write the summary that is worked out then, told why
         rows are lost.
 
-        Both are tried, even where the disk is too full for one; raises the first InputError of
-        them.
+        Both are tried, even where the disk is too full for one, while the last picture is taken
+        beside them; raises the first InputError.
         """
         lost = [*_failing(self._write), *_failing(self._recorder.close)]
         unjoined = _failing(self._recorder.finish)
-        if self._album is not None:
-            unjoined += _failing(self._album.finish)
         told = lost[0] if lost else None
         unsaid = _failing(lambda: write_summary(self.folder, summary(told)))
-        for error in (*lost, *unjoined, *unsaid):
+        untaken = _failing(self._album.finish) if self._album is not None else []
+        for error in (*lost, *unjoined, *unsaid, *untaken):
             raise error
 
     def series(self) -> tuple[Columns, Columns]:
