@@ -30,8 +30,8 @@ from testbed.formats.checked import Checked, Sequence, checked
 from testbed.formats.files import check_links
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import SHIPPED, Machine
+from testbed.machine.overridden import check_kind
 from testbed.machine.provenance import Quantity, quantities_of, read_quantities
-from testbed.machine.ruled import check_kind
 from testbed.machine.scale import exponent
 from testbed.machine.sets import DEFAULT, SetName, machine_set
 

@@ -16,7 +16,7 @@ from testbed.errors import InputError
 from testbed.formats.checked import Numbers
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
-from testbed.machine.ruled import check_effective, check_kind
+from testbed.machine.overridden import check_effective, check_kind
 from testbed.machine.urdf_check import lacking
 from testbed.scenario.machines import machines_of
 from testbed.scenario.tasks import Chain, Raise

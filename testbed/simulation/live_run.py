@@ -40,8 +40,8 @@ from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.riders import Riders
 from testbed.simulation.rows import Rows
 from testbed.simulation.run_folder import RunFolder
+from testbed.simulation.run_summary import Ending, summed_up
 from testbed.simulation.runs import Columns
-from testbed.simulation.summing_up import Ending, summed_up
 from testbed.world.saved import State, read_state
 from testbed.world.simulation import Simulation
 

@@ -28,9 +28,9 @@ from testbed.world.believed import OwnBelief, own_belief
 from testbed.world.drilling.drilling import Drilling, drill_known, drilling_of
 from testbed.world.engine import Engine
 from testbed.world.first_start import compile_apart
-from testbed.world.furnish import Truth, furnish
 from testbed.world.ground.footing import Footing, sinking
 from testbed.world.ground.terrain import Ground, make_ground
+from testbed.world.initial_state import Truth, initial_boards
 from testbed.world.start import Start, find_start
 from testbed.world.undeclared import bodies_of, hidden_of
 from testbed.world.verdict import Judge
@@ -166,7 +166,7 @@ def assemble(
         start = find_start(site, ground, robot.model, engine, machines.truth, known, hidden)
         engine.reset(start.position_m, start.rotation, start.joints)
         truth = Truth(site, ground, robot, hidden, seeds[0])
-        boards = furnish(truth, belief, engine, start)
+        boards = initial_boards(truth, belief, engine, start)
         boards["drill"] = drill.loads
         drill.loads = boards[0].drill
         electronics = _electronics(scenario, believed, belief, start, own)

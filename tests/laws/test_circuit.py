@@ -35,7 +35,7 @@ from testbed.laws.supply import (
     wanted_stroke,
 )
 from testbed.machine.build import build_machine
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 
 TANK, SUPPLY = 1.0e5, 9.0e6
 

@@ -27,7 +27,7 @@ from testbed.formats.arrays import Array
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.scenario.world_parts import Rates
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
 
 STEP_S = 1e-3

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from testbed.benchmarks.hydraulics.reference import machine_of_both
 from testbed.formats.arrays import Array
 from testbed.laws.initial import start_axes, start_supply
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
 
 KINDS = ("reversals", "sticking", "dead band", "end stop", "starved supply", "near vapour pressure")

@@ -22,7 +22,7 @@ from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.groups import Sensor
 from testbed.machine.names import AXES, GRAVITY_M_S2
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.sensing import Transducer, bend_transducers, counted, transduce
 from testbed.world.switches import switch_off
 

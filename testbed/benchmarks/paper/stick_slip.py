@@ -35,7 +35,7 @@ from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.report.page import Table
-from testbed.world.plumbing import bulk_modulus_pa
+from testbed.world.hydraulic_parameters import bulk_modulus_pa
 
 SPEEDS_M_S = (1.0e-3, 2.0e-3, 3.0e-3, 4.0e-3, 5.0e-3, 7.0e-3, 10.0e-3)
 PRE_SLIDING_M = (2.7e-5, 1.0e-5, 5.0e-6, 3.0e-6)
