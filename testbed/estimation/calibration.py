@@ -29,10 +29,8 @@ from testbed.estimation.friction.posterior import (
     huber_weights,
     scatter,
 )
-from testbed.formats.arrays import Array, Flags
+from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording, check_same_machine
-
-Mask = Flags
 
 A_SD, B_SD_V = 0.05, 0.0625
 """Amplifiers are trimmed to a = 1 within 5 %; b within 1.25 % of 5 V, the transducers' thermal

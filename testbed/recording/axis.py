@@ -24,7 +24,6 @@ from testbed.recording.quantities import QUANTITIES
 FINEST_COUNT_M = 1e-7
 """Steps below this are a continuous signal's, not an encoder's."""
 
-Mask = Flags
 SAME = ("bore_m", "rod_m", "stroke_m", "inclination_deg")
 """What is declared of a machine and cannot change from one recording to the next."""
 
@@ -51,8 +50,8 @@ class Recording:
     oil_temperature_degc: Array | None
     actuator_force_n: Array | None
     reference_force_n: Array | None
-    saturated_a: Mask
-    saturated_b: Mask
+    saturated_a: Flags
+    saturated_b: Flags
     extra: Mapping[str, Array] = field(default_factory=dict)
     """What rides along (a current, a temperature), SI, by the name that the header gives it."""
 

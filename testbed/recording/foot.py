@@ -23,8 +23,6 @@ from testbed.recording.axis_header import AnyHeader, check_format, check_quantit
 from testbed.recording.checks import check_finite, check_time
 from testbed.recording.quantities import quantities_of
 
-Mask = Flags
-
 
 class FootScale(Checked):
     """What is declared about a foot: the sizes that a detector measures its force by."""
@@ -55,7 +53,7 @@ class FootRecording:
     header: FootHeader
     time_s: Array
     force_n: Array
-    contact: Mask | None
+    contact: Flags | None
 
 
 def read_foot(folder: str | Path, missing: bool = False) -> FootRecording:
@@ -94,7 +92,7 @@ def read_foot_header(path: Path) -> FootHeader:
     return header
 
 
-def as_contact(values: Array, file: Path, column: str, field: str = "channels.contact") -> Mask:
+def as_contact(values: Array, file: Path, column: str, field: str = "channels.contact") -> Flags:
     """Whether the foot carries, (n,): the larger of two values, or any that is not 0 where there is
     only one.
 

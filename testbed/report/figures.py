@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from testbed.estimation.losses import intervals
-from testbed.formats.arrays import Array, Flags
+from testbed.formats.arrays import Array, Columns, Flags
 from testbed.formats.records import SET
 from testbed.machine.names import LEGS, SIDES
 from testbed.report.series import course, envelope, limits, spread
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Columns = Mapping[str, Array]
 Events = Sequence[Mapping[str, Any]]
 Layers = Sequence[tuple[str, float]]
 LAYER_TINTS = ("#eef0f3", "#dfe2e7")

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from testbed.formats.arrays import Array
+from testbed.formats.arrays import Array, Columns
 from testbed.machine.names import JOINTS, LEGS
 from testbed.report.figures import Events, over_time
 from testbed.report.ground import Heights
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Columns = Mapping[str, Array]
 PLAN_IN, PLAN_ROOM = 4.6, 1.12
 SUPPORT = (0.0, 0.447, 0.698, 0.18)
 """Blue that lets the rock show through."""

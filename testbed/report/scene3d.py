@@ -9,7 +9,7 @@ them. World frame: x towards the slope, y left, z up; m, N, Pa, s.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError, extra
-from testbed.formats.arrays import Array
+from testbed.formats.arrays import Array, Columns
 from testbed.formats.files import whole
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.report.style import LEG_COLOUR
@@ -34,7 +34,6 @@ from testbed.simulation.residuals import best_method
 from testbed.simulation.runs import RecordedRun, read_run
 from testbed.world.ground.terrain import Ground, anchors_in_world, make_ground
 
-Columns = Mapping[str, Array]
 FRAME_HZ, MOST_ROWS = 50.0, 60_000
 M_A_NEWTON, ASIDE_M = 1e-4, 0.25
 """Length of an arrow for a newton: a foot's ten kilonewtons are a metre; and how far beside the

@@ -21,13 +21,11 @@ from testbed.estimation.losses import (
     intervals,
     score_contact,
 )
-from testbed.formats.arrays import Array, Flags
+from testbed.formats.arrays import Array, Columns, Flags
 from testbed.formats.records import SET
 from testbed.machine.names import LEGS, SIDES
 from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 from testbed.simulation.residuals import residual_summary
-
-Columns = Mapping[str, Array]
 
 LOSS_FORCE_N = LossRule(ROBOCLIMBER_NOMINAL_N).force_n
 """For pictures: below it a foot of the shipped machine carries nothing, N. What is counted goes by

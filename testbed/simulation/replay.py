@@ -17,13 +17,13 @@ from testbed.control.distribution.statics import Statics
 from testbed.control.gait import BelievedStart, Gait
 from testbed.control.gaits.own import checked_gait
 from testbed.control.measured import Measured, rows_of
-from testbed.formats.arrays import Array, Flags
+from testbed.formats.arrays import Array, Columns, Flags
 from testbed.formats.records import SET
 from testbed.formats.sockets import user_code
 from testbed.robot.robot import Robot
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
-from testbed.simulation.runs import Columns, read_run
+from testbed.simulation.runs import read_run
 from testbed.world.ground.terrain import anchors_in_world
 
 TICK_S = 0.01

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from testbed.errors import InputError
-from testbed.formats.arrays import Array
+from testbed.formats.arrays import Array, Columns
 from testbed.formats.files import check_links, read_json
 from testbed.formats.table import read_numbers, readable
 from testbed.formats.yaml_files import read_yaml
@@ -20,7 +20,6 @@ from testbed.recording.former import current, with_former
 from testbed.scenario.machines import Machines, machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
 
-Columns = Mapping[str, Array]
 SCENARIO = "scenario.yaml"
 
 

@@ -34,8 +34,6 @@ from testbed.estimation.friction.posterior import (
 from testbed.formats.arrays import Array, Flags
 from testbed.recording.known import Known
 
-Mask = Flags
-
 PARTS: dict[str, tuple[bool, bool, bool]] = {
     "coulomb": (False, True, False),
     "viscous": (True, True, False),
@@ -252,7 +250,7 @@ class Joint:
     residual: Array
 
 
-def fit(evidence: Evidence, unknown: Sequence[Unknown], form: str, use: Mask) -> Joint:
+def fit(evidence: Evidence, unknown: Sequence[Unknown], form: str, use: Flags) -> Joint:
     """The best robust joint fit on the rows `use` (m,); friction not negative, the unknown within
     their tolerances.
     """

@@ -80,7 +80,6 @@ def fused(recording: Recording, model: LegModel, width_s: float) -> Signals | No
 LEAST_WEIGHT = 0.05
 """Share of good samples near by from which on their mean is taken."""
 
-Mask = Flags
 MOVING_M_S = 3e-3
 """Faster than this the direction of friction is certain (the contract's limit for scoring)."""
 SLIDING_M_S, SLIDING_S = 4e-4, 0.05
@@ -225,7 +224,7 @@ def trusted(
     travel_m: float = SOUND_BEND_M,
     causal: bool = False,
     speed_m_s: float = MOVING_M_S,
-) -> Mask:
+) -> Flags:
     """Samples whose friction is certain, shape (n,): fast enough, not within a margin of a
     reversal, and far enough behind it for friction to have built up on the new side.
     """
@@ -243,7 +242,7 @@ def trusted(
     return np.asarray(binary_erosion(fast, np.ones(2 * reach + 1), border_value=1), dtype=np.bool_)
 
 
-def slow_slides(velocity_m_s: Array, rate_hz: float, travel_m: float) -> Mask:
+def slow_slides(velocity_m_s: Array, rate_hz: float, travel_m: float) -> Flags:
     """Samples of slow slides that last, shape (n,); a causal estimate could not know that they
     will.
     """
@@ -269,7 +268,7 @@ def _travel_since_reversal(velocity_m_s: Array, period_s: float) -> Array:
     )
 
 
-def _fill(raw: Array, good: Mask, width: float, causal: bool) -> Array:
+def _fill(raw: Array, good: Flags, width: float, causal: bool) -> Array:
     """`raw` averaged over good samples near by. Over gaps it is held: a foot at rest on firm ground
     feels the load that it had when it stopped, and the first samples behind a gap may already
     belong to a foot that lifts.
@@ -292,7 +291,7 @@ NARROW_WIDTH_S = 2.0
 
 def narrow_band(
     raw: Array,
-    good: Mask,
+    good: Flags,
     signals: Signals,
     frequency: float,
     harmonics: int = 1,
@@ -320,7 +319,7 @@ def narrow_band(
     return out
 
 
-def _moving_mean(raw: Array, good: Mask, width: int) -> Array:
+def _moving_mean(raw: Array, good: Flags, width: int) -> Array:
     """Mean over the good samples of one period around each sample, shape (n,)."""
     reach = max(1, width // 2)
     total = np.concatenate([[0.0], np.cumsum(np.where(good, raw, 0.0))])

@@ -18,7 +18,6 @@ from testbed.recording.foot import read_foot_header
 from testbed.recording.robot import machine_of, read_robot_header
 from testbed.recording.robot_columns import is_evidence
 
-Mask = Flags
 REFERENCE = "reference_force"
 """Name under which a load cell's column stands among the channels."""
 
@@ -39,7 +38,7 @@ class Raw:
     machine: Machine | None = None
     """The robot's numbers as it believes them; None for one axis or one foot."""
 
-    def kept(self, rows: Mask, filled: Mapping[str, Array]) -> Raw:
+    def kept(self, rows: Flags, filled: Mapping[str, Array]) -> Raw:
         """Only these rows, with `filled` columns in place of those of the same name."""
         series = {key: value[rows] for key, value in {**self.series, **filled}.items()}
         return replace(self, time_s=self.time_s[rows], series=series)

@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from testbed.formats.arrays import Array
+from testbed.formats.arrays import Array, Flags
 from testbed.recording.checker.finding import Finding
-from testbed.recording.checker.raw import REFERENCE, Mask, Raw
+from testbed.recording.checker.raw import REFERENCE, Raw
 
 STOOD_S = 0.05
 """A value that stood for longer before it jumped was held."""
@@ -237,7 +237,7 @@ def _is_end(value: float, declared: tuple[float, float]) -> bool:
     return value <= low + margin or value >= high - margin
 
 
-def _held_while_pressed(raw: Raw, there: Mask) -> bool:
+def _held_while_pressed(raw: Raw, there: Flags) -> bool:
     """Whether the pressure goes on changing in the longest stretch in which a coarse force stays at
     its extreme.
     """
@@ -252,7 +252,7 @@ def _held_while_pressed(raw: Raw, there: Mask) -> bool:
     return bool(np.ptp(held) > PRESSED * (high - low))
 
 
-def _clipped(raw: Raw, name: str, end: float, there: Mask, how: str) -> Finding:
+def _clipped(raw: Raw, name: str, end: float, there: Flags, how: str) -> Finding:
     share = float(there.mean())
     first, last = np.flatnonzero(there)[[0, -1]]
     some = how == "seen" or share > SOME_CLIPPED
@@ -270,7 +270,7 @@ def _clipped(raw: Raw, name: str, end: float, there: Mask, how: str) -> Finding:
     )
 
 
-def _longest(there: Mask) -> int:
+def _longest(there: Flags) -> int:
     """The most True values in a row."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(np.int8), [0]])))
     return int((edges[1::2] - edges[::2]).max()) if edges.size else 0
@@ -337,7 +337,7 @@ SMOOTH = ("position", "pressure_", "supply", "actuator", "force", "reference", "
 """Channels that cannot leave and come back within two rows; a command can."""
 
 
-def spikes(values: Array, resolution: float = 0.0) -> Mask:
+def spikes(values: Array, resolution: float = 0.0) -> Flags:
     """Rows (n,) that are spikes; `resolution`: the channel's declared step, 0 where none is."""
     from scipy.ndimage import median_filter
 
@@ -355,7 +355,7 @@ def _smallest_step(values: Array) -> float:
     return float(np.diff(levels).min())
 
 
-def check_spikes(raw: Raw) -> Iterator[tuple[Finding, Mask]]:
+def check_spikes(raw: Raw) -> Iterator[tuple[Finding, Flags]]:
     """Each channel that has spikes, with the rows of them."""
     for name, values in raw.series.items():
         if not name.startswith(SMOOTH) or not np.isfinite(values).all():

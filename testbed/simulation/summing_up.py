@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.estimation.losses import LossRule, nominal_load_n
+from testbed.formats.arrays import Columns
 from testbed.formats.files import plain
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
@@ -27,7 +28,7 @@ from testbed.robot.stability import tipping_work_j, wrench_margin_n
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.expectations import unmet
 from testbed.simulation.metrics import run_metrics
-from testbed.simulation.runs import Columns, same_rows
+from testbed.simulation.runs import same_rows
 from testbed.world.summary import world_summary
 
 EVERY_S, MOST_LOOKS = 0.5, 240
