@@ -260,8 +260,7 @@ def soak(
         float, typer.Option(min=0.0, max=25.0, help="Simulated hours of drilling in one run.")
     ] = 12.0,
     only: Annotated[
-        list[str] | None,
-        typer.Option(help="A kind, as 'killed run'; may be repeated. [all]"),
+        list[str] | None, typer.Option(help="A kind, as 'killed run'; may be repeated. [all]")
     ] = None,
 ) -> None:
     """Try the testbed with bad intent: spoilt files, random actions, kills, full disks, clocks that
@@ -280,8 +279,7 @@ def paper(
         typer.Argument(metavar="[FIGURE]...", help="4 to 12, II to IV; all if none."),
     ] = None,
     machine: Annotated[
-        str,
-        typer.Option(help="Set of the machine's numbers: inferred, original or overlapped."),
+        str, typer.Option(help="Set of the machine's numbers: inferred, original or overlapped.")
     ] = "inferred",
 ) -> None:
     """Run the paper's experiments and set its claims beside what is measured."""

@@ -68,8 +68,7 @@ def control_tasks(
 
 @spread
 def expected_loads(
-    work: Work,
-    cases: Annotated[int, typer.Option(min=1, help="How many random stands.")] = 400,
+    work: Work, cases: Annotated[int, typer.Option(min=1, help="How many random stands.")] = 400
 ) -> None:
     """Compare expected foot loads with the simulated truth in quiet stands."""
     from testbed.benchmarks.climbs.expected_loads import ExpectedLoadStands
@@ -79,8 +78,7 @@ def expected_loads(
 
 @spread
 def quiet_stand(
-    work: Work,
-    seconds: Annotated[float, typer.Option(min=3.0, help="Simulated seconds.")] = 60.0,
+    work: Work, seconds: Annotated[float, typer.Option(min=3.0, help="Simulated seconds.")] = 60.0
 ) -> None:
     """Say what a quiet stand's foot loads owe to the engine and what to the machine."""
     from testbed.benchmarks.climbs.quiet_stand import QuietStand
@@ -142,9 +140,7 @@ def plain_effects(
     work.show(PlainEffects(first_seed, sounds, before, only, recordings))
 
 
-def quotes(
-    root: Annotated[Path, typer.Argument(help="The project's folder.")] = Path(),
-) -> None:
+def quotes(root: Annotated[Path, typer.Argument(help="The project's folder.")] = Path()) -> None:
     """Put the numbers of committed results into README and docs (docs/quotes.yaml lists them)."""
     from testbed.benchmarks.quotes import refresh
 

@@ -41,11 +41,7 @@ class Truth:
 
 
 def truth_of_step(
-    truth: NDArray[Any],
-    friction: float,
-    stance: Flags,
-    before: Array,
-    lost_n: float = LOST_N,
+    truth: NDArray[Any], friction: float, stance: Flags, before: Array, lost_n: float = LOST_N
 ) -> Truth:
     """Sum up the truth rows (n, TruthRow) of a step for the feet (4) in stance.
 

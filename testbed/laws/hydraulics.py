@@ -22,11 +22,7 @@ from testbed.laws.chamber import begin, close_step, first_stage, kept_by_hoses, 
 from testbed.laws.compiling import njit_law
 from testbed.laws.ends import EndParameters, ExtraForces, end_force, extra_force
 from testbed.laws.friction import SealParameters, SealState, friction_step
-from testbed.laws.oil import (
-    ATMOSPHERE_PA,
-    OilNear,
-    OilParameters,
-)
+from testbed.laws.oil import ATMOSPHERE_PA, OilNear, OilParameters
 from testbed.laws.supply import (
     LOAD_SENSING,
     SupplyWork,

@@ -334,12 +334,7 @@ def _slice(time_s: Array, start: float, end: float) -> slice:
 
 
 def _bars(
-    ax: Axes,
-    flags: Flags,
-    time_s: Array,
-    row: float,
-    colour: str,
-    height: float = 0.26,
+    ax: Axes, flags: Flags, time_s: Array, row: float, colour: str, height: float = 0.26
 ) -> None:
     step = float(np.median(np.diff(time_s)))
     spans = [

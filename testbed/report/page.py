@@ -43,11 +43,7 @@ SCRIPT = "animation.js"
 Filters = Mapping[str, Callable[..., str]]
 
 
-def render(
-    template: str,
-    contents: Mapping[str, Any],
-    filters: Filters | None = None,
-) -> str:
+def render(template: str, contents: Mapping[str, Any], filters: Filters | None = None) -> str:
     """The text of a page. `template`: a file of this folder, or a path below the package.
 
     `filters`: what the template calls beside Jinja's own.

@@ -183,10 +183,7 @@ def assemble(
         noise_rng=seeds[1],
         added_noise_rng=np.random.default_rng([scenario.seed, 40]),
         judge=Judge(
-            start.rotation,
-            robot.model.total_mass_kg * GRAVITY_M_S2,
-            raised,
-            machines.truth.scale,
+            start.rotation, robot.model.total_mass_kg * GRAVITY_M_S2, raised, machines.truth.scale
         ),
         kinematics=robot.model,
         hidden=hidden,

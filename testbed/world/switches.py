@@ -45,11 +45,7 @@ AXIS_OFF: dict[str, dict[str, float]] = {
     "friction_pressure": {"seal.pressure_coefficient": 0.0},
     "friction_load": {"seal.load_coefficient": 0.0},
     "friction_side_load": {"seal.side_load_coefficient": 0.0},
-    "leakage": {
-        "inner_leakage": 0.0,
-        "outer_leakage": 0.0,
-        **_EDGE_LEAKAGE,
-    },
+    "leakage": {"inner_leakage": 0.0, "outer_leakage": 0.0, **_EDGE_LEAKAGE},
     "internal_leakage": {"inner_leakage": 0.0},
     "outer_leakage": {"outer_leakage": 0.0},
     "edge_leakage": _EDGE_LEAKAGE,

@@ -45,13 +45,7 @@ class Judge:
         self.verdict = "stood"
 
     def look(
-        self,
-        t: float,
-        rotation: Array,
-        feet: Array,
-        carrying: Flags,
-        loaded: Flags,
-        belly_n: float,
+        self, t: float, rotation: Array, feet: Array, carrying: Flags, loaded: Flags, belly_n: float
     ) -> dict[str, Any] | None:
         """Feet (4, 3) in the world; returns the event that ends the run, or None.
 

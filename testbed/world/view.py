@@ -81,19 +81,12 @@ class View:
         axis = end - start
         length = float(np.linalg.norm(axis))
         shape = self.bullet.createVisualShape(
-            self.bullet.GEOM_CYLINDER,
-            radius=radius_m,
-            length=length,
-            rgbaColor=colour,
+            self.bullet.GEOM_CYLINDER, radius=radius_m, length=length, rgbaColor=colour
         )
         rotation = turning_z_to(axis / length)
         return int(
             self.bullet.createMultiBody(
-                0,
-                -1,
-                shape,
-                ((start + end) / 2).tolist(),
-                quaternion(rotation).tolist(),
+                0, -1, shape, ((start + end) / 2).tolist(), quaternion(rotation).tolist()
             )
         )
 

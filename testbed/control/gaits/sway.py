@@ -77,6 +77,5 @@ class SwayGait:
         del measured
         goal = self.body_m(t + dt)
         return Command(
-            joints=self._joints(goal),
-            rope_rates_m_s=-self._ropes @ (goal - self.body_m(t)) / dt,
+            joints=self._joints(goal), rope_rates_m_s=-self._ropes @ (goal - self.body_m(t)) / dt
         )

@@ -301,11 +301,7 @@ def check_ranges(raw: Raw) -> Iterator[Finding]:
         for prefix, floor, ceiling, what, advice in _PLAUSIBLE:
             if name.startswith(prefix) and (low < floor or high > ceiling):
                 yield Finding(
-                    "error",
-                    name,
-                    what,
-                    f"98 % lie between {low:.4g} and {high:.4g}",
-                    advice,
+                    "error", name, what, f"98 % lie between {low:.4g} and {high:.4g}", advice
                 )
 
 

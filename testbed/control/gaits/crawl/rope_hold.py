@@ -172,14 +172,7 @@ def rope_readiness(ways: Any, pull: Any, body: Any, measured_n: Any, part: float
 
 @njit
 def rope_rates(
-    ways: Any,
-    pull: Any,
-    body: Any,
-    before: Any,
-    dt: float,
-    measured_n: Any,
-    by: Keeping,
-    out: Any,
+    ways: Any, pull: Any, body: Any, before: Any, dt: float, measured_n: Any, by: Keeping, out: Any
 ) -> None:
     """See RopeHold.rates_m_s."""
     directions = np.empty((2, 3))
