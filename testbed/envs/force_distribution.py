@@ -4,7 +4,7 @@ benchmark's.
 Actions in [-1, 1] (6): what is wanted beyond the plan, +-2000 N of normal load on fl fr rl rr (of
 these only what leaves the body still can be had) and +-2000 N of pull on the left and right rope.
 No action is the program itself.
-Observation: control/corrected.py's VIEW.
+Observation: control/distribution/corrected.py's VIEW.
 """
 
 from __future__ import annotations
