@@ -139,9 +139,11 @@ class Effect:
 
     # -- what a world that has it hides ------------------------------------------------------------
     hides: ClassVar[Mapping[str, str]] = {}
-    """Parameter -> number at its place (`effects/hidden.py`) that it takes the place of."""
+    """Parameter -> number that it takes the place of: one that a world hides at the effect's place
+    (`effects/hidden.py`), or one of a cylinder, by its path in `AxisParameters`.
+    """
     adds: ClassVar[Mapping[str, str]] = {}
-    """Parameter -> number at its place that it is added to."""
+    """Parameter -> number, likewise, that it is added to."""
 
     # -- what the live estimators know of it -------------------------------------------------------
     live: ClassVar[Mapping[str, str]] = {}
@@ -276,9 +278,20 @@ class Effect:
             raise InputError("no simulated machine has this effect", field=self.name)
         part = world.at(place)
         for parameter, number in self.hides.items():
-            setattr(part, number, values[parameter])
+            if hasattr(part, number):
+                setattr(part, number, values[parameter])
+            else:
+                part.replaced[number] = self._of_laws(parameter, values[parameter])
         for parameter, number in self.adds.items():
-            setattr(part, number, getattr(part, number) + values[parameter])
+            if hasattr(part, number):
+                setattr(part, number, getattr(part, number) + values[parameter])
+            else:
+                more = self._of_laws(parameter, values[parameter])
+                part.added[number] = part.added.get(number, 0.0) + more
+
+    def _of_laws(self, parameter: str, value: float) -> float:
+        """A value in the laws' unit: their frequencies are angular ones."""
+        return 2.0 * math.pi * value if self.spec(parameter).unit == "Hz" else value
 
     @property
     def in_worlds(self) -> bool:

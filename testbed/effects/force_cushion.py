@@ -47,7 +47,7 @@ class Cushion(Effect):
         "force.spring": "a spring pushes along the whole travel, a cushion not beyond its start",
         "friction.position": "friction changes its sign with the direction of motion, a cushion does not",
     }
-    hides = {"stiffness": "cushion_n_m", "start": "cushion_start_m"}
+    hides = {"stiffness": "extra.cushion_stiffness", "start": "extra.cushion_start"}
     lowest = 0.0
     usual = 3.0e4
 

@@ -52,7 +52,7 @@ class Periodic(Effect):
     telling_motion = (
         "a long, slow stroke with nothing else running, then with each auxiliary switched on"
     )
-    hides = {"amplitude": "vibration_n", "frequency": "vibration_hz"}
+    hides = {"amplitude": "extra.periodic_force", "frequency": "extra.periodic_frequency"}
     lowest = -math.inf
     usual = 500.0
 

@@ -38,7 +38,7 @@ class Spring(Effect):
         "inertia.mass": "a mass weighs the same along the travel, a spring does not",
         "sensor.gain_a": "a gain error grows with the pressure, wherever the piston is",
     }
-    hides = {"stiffness": "spring_n_m", "rest": "spring_rest_m"}
+    hides = {"stiffness": "extra.spring_stiffness", "rest": "extra.spring_rest"}
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """It pulls the piston to where it rests."""

@@ -46,7 +46,7 @@ class LoadFriction(Effect):
         "friction.pressure": "the same load at two supply pressures: only the seals feel the difference",
         "sensor.gain_a": "a gain error has the same sign both ways, friction has not",
     }
-    adds = {"coefficient": "load_coefficient"}
+    adds = {"coefficient": "seal.load_coefficient"}
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The Coulomb term grows with the force that is sought."""

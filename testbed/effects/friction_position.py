@@ -51,7 +51,7 @@ class PositionFriction(Effect):
         "force.cushion": "a cushion pushes one way, friction against the motion",
         "force.spring": "a spring pushes one way, friction against the motion",
     }
-    hides = {"slope": "position_slope"}
+    hides = {"slope": "seal.position_slope"}
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The Coulomb term is scaled along the stroke."""

@@ -130,10 +130,11 @@ class Presliding(Effect):
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Another seal's plain bristles, as the equation has them."""
-        cylinder = world.cylinders[place]
-        cylinder.bristle_stiffness_n_m = values["stiffness"]
-        cylinder.bristle_damping_n_s_m = values["damping"]
-        cylinder.elastic_share = 0.0
+        world.cylinders[place].replaced |= {
+            "seal.bristle_stiffness": values["stiffness"],
+            "seal.bristle_damping": values["damping"],
+            "seal.elastic_share": 0.0,
+        }
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Friction that turns round over a distance instead of at once, for several distances."""

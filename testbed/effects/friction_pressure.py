@@ -66,7 +66,7 @@ class PressureFriction(Effect):
         "friction.load": "the same load at two supply pressures: only the seals feel the difference",
         "sensor.gain_a": "a gain error has the same sign both ways, friction has not",
     }
-    adds = {"coefficient": "pressure_coefficient_m2"}
+    adds = {"coefficient": "seal.pressure_coefficient"}
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The Coulomb term grows with the pressures."""

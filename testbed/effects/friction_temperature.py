@@ -41,7 +41,7 @@ class TemperatureFriction(Effect):
     live = {"rate": "viscosity_rate_1_k"}
     telling_motion = "the same constant-speed strokes with cold and with warm oil"
     alike = {"sensor.drift_a": "a drift goes on when the oil's temperature stands still"}
-    hides = {"rate": "thinning_1_k"}
+    hides = {"rate": "seal.viscosity_rate"}
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The viscous term thins, as a further shape the Coulomb term too."""

@@ -61,7 +61,7 @@ class Air(Effect):
     shapes = ("exponent",)
     telling_motion = "the same steps at low and at high pressure in both chambers"
     alike = {"hydraulics.hose": "a hose softens chamber A alone, and at every pressure"}
-    adds = {"fraction": "air_share"}
+    adds = {"fraction": "oil.air"}
     usual = 0.05
 
     def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:

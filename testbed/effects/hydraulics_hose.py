@@ -50,7 +50,7 @@ class Hose(Effect):
     seen_in = ("flow",)
     telling_motion = "steps of pressure in A with the piston held, then a minute of rest"
     alike = {"hydraulics.air": "air softens both chambers, and at low pressure only"}
-    hides = {"capacity": "hose_m3_pa", "time": "hose_s"}
+    hides = {"capacity": "a.hose_capacity", "time": "hose_time"}
     lowest = 0.0
     usual = 1.0e-12
 

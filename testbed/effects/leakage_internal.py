@@ -44,7 +44,7 @@ class Leakage(Effect):
     declared_as = "internal_leakage_m3_s_pa"
     telling_motion = "hold a load with the valve shut and watch the piston sink"
     alike = {"valve.deadband": "a deadband shows at small openings only"}
-    adds = {"coefficient": "leakage_m3_s_pa"}
+    adds = {"coefficient": "inner_leakage"}
     usual = 3.0e-12
 
     def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:

@@ -48,7 +48,10 @@ class LineB(Effect):
     far_from_linear = True
     telling_motion = "sharp steps of the valve against a held piston, then slow ramps"
     alike = {"sensor.delay": "a delay makes pressure A late too"}
-    hides = {"natural_frequency": "line_b_hz", "damping": "line_b_damping"}
+    hides = {
+        "natural_frequency": "transducers.pipe_frequency",
+        "damping": "transducers.pipe_damping",
+    }
     lowest = 0.0
     usual = 0.05
 

@@ -35,7 +35,7 @@ class Deadband(Effect):
     declared_as = "valve_deadband"
     telling_motion = "slow triangles of the valve command through zero"
     alike = {"leakage.internal": "a leak lets a held piston sink with the valve shut"}
-    adds = {"deadband": "deadband"}
+    adds = {"deadband": "valve.dead_band"}
     usual = 0.05
 
     def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
