@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.recording.rows import DataRow
-
-Array = NDArray[np.float64]
 
 
 class Measured:

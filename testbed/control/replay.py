@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from testbed.control.gait import Gait
 from testbed.control.measured import Measured
+from testbed.formats.arrays import Array, Flags
 
-Array = NDArray[np.float64]
 TICK_S = 0.01
 """A gait is asked this often, live and here."""
 
@@ -34,9 +34,9 @@ class Commands:
     """(n, 12) set points at the end of the tick, rad and m."""
     rope_rates_m_s: Array
     """(n, 2)"""
-    stance: NDArray[np.bool_]
+    stance: Flags
     """(n, 4)"""
-    hold_drill: NDArray[np.bool_]
+    hold_drill: Flags
     """(n,)"""
 
 

@@ -8,6 +8,7 @@ One object a run. Whatever nobody writes to stays as the machine has it. SI; cyl
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from testbed.machine.names import AXES, LEGS, SIDES
 
@@ -113,3 +114,7 @@ class Hidden:
     pump_pressure_factor: float = 1.0
     droop_pa_s_m3: float | None = None
     droop_s: float = 1.0
+
+    def at(self, place: str) -> Any:
+        """What is hidden at a place: of a cylinder, a rope or a foot; elsewhere, all else."""
+        return {**self.cylinders, **self.ropes, **self.feet}.get(place, self)

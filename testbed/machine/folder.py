@@ -44,19 +44,18 @@ class Head(Checked):
     """What machine.yaml says beside its numbers."""
 
     format: Literal["roboclimber-machine/1"]
-    name: str = Field(min_length=1, max_length=80, description="what people call it")
-    description: str = Field(default="", description="what it is, one or two sentences")
-    length_scale: float = Field(
-        default=1.0, gt=0.01, le=10.0, description="its size beside ROBOCLIMBER's"
-    )
-    set: SetName = Field(
-        default=DEFAULT,
-        description="which of ROBOCLIMBER's sets gives the numbers that are not here",
-    )
-    without: Annotated[tuple[Literal["drill", "ropes"], ...], Sequence] = Field(
-        default=(), description="what the drawn URDF leaves out"
-    )
-    numbers: dict[str, Any] = Field(default_factory=dict, description="as in roboclimber.yaml")
+    name: str = Field(min_length=1, max_length=80)
+    """what people call it"""
+    description: str = ""
+    """what it is, one or two sentences"""
+    length_scale: float = Field(default=1.0, gt=0.01, le=10.0)
+    """its size beside ROBOCLIMBER's"""
+    set: SetName = DEFAULT
+    """which of ROBOCLIMBER's sets gives the numbers that are not here"""
+    without: Annotated[tuple[Literal["drill", "ropes"], ...], Sequence] = ()
+    """what the drawn URDF leaves out"""
+    numbers: dict[str, Any] = Field(default_factory=dict)
+    """as in roboclimber.yaml"""
 
 
 def machine_folder(given: str | Path, folder: Path = Path()) -> Path:

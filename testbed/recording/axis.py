@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.files import check_links
 from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
@@ -24,8 +24,7 @@ from testbed.recording.quantities import QUANTITIES
 FINEST_COUNT_M = 1e-7
 """Steps below this are a continuous signal's, not an encoder's."""
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+Mask = Flags
 SAME = ("bore_m", "rod_m", "stroke_m", "inclination_deg")
 """What is declared of a machine and cannot change from one recording to the next."""
 

@@ -7,13 +7,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis_header import Channel
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+Mask = Flags
 MINIMUM_SAMPLES = 50
 """Fewer rows than this carry no velocity worth the name."""
 RATE_FACTOR = 100.0

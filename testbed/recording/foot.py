@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.checked import Checked, checked
 from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
@@ -23,26 +23,25 @@ from testbed.recording.axis_header import AnyHeader, check_format, check_quantit
 from testbed.recording.checks import check_finite, check_time
 from testbed.recording.quantities import quantities_of
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+Mask = Flags
 
 
 class FootScale(Checked):
     """What is declared about a foot: the sizes that a detector measures its force by."""
 
-    nominal_load_n: float | None = Field(
-        default=None, gt=0.0, description="load of the standing foot, N"
-    )
-    breakaway_n: float | None = Field(
-        default=None, ge=0.0, description="error that friction leaves in the force at rest, N"
-    )
+    nominal_load_n: float | None = Field(default=None, gt=0.0)
+    """load of the standing foot, N"""
+    breakaway_n: float | None = Field(default=None, ge=0.0)
+    """error that friction leaves in the force at rest, N"""
 
 
 class FootHeader(AnyHeader):
     """The contents of a foot's recording.yaml."""
 
-    rig: Literal["foot"] = Field(description="one foot whose force is known")
-    known: FootScale = Field(default=FootScale(), description="the foot's own scale")
+    rig: Literal["foot"]
+    """one foot whose force is known"""
+    known: FootScale = FootScale()
+    """the foot's own scale"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,10 +13,10 @@ from testbed.diagnosis.leg.findings import Diagnosis
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.verification import flow_residual, force_residual, moving
 from testbed.estimation.leg.signals import signals_of
+from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording
 from testbed.report.style import BLUE, GREY, RC, VERMILION, svg
 
-Array = npt.NDArray[np.float64]
 POINTS = 2500
 
 

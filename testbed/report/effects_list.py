@@ -51,7 +51,7 @@ def known_to(effect: Effect) -> dict[str, bool]:
     """
     recordings = any(effect.overrides(term) for term in ("correct", "force", "flow"))
     return {
-        "world": effect.overrides("hide"),
+        "world": effect.in_worlds,
         "recordings": recordings,
         "live": bool(effect.live),
     }

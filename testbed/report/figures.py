@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.estimation.losses import intervals
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.records import SET
 from testbed.machine.names import LEGS, SIDES
 from testbed.report.series import course, envelope, limits, spread
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = npt.NDArray[np.float64]
 Columns = Mapping[str, Array]
 Events = Sequence[Mapping[str, Any]]
 Layers = Sequence[tuple[str, float]]
@@ -361,7 +360,7 @@ def _slice(time_s: Array, start: float, end: float) -> slice:
 
 def _bars(
     ax: Axes,
-    flags: npt.NDArray[np.bool_],
+    flags: Flags,
     time_s: Array,
     row: float,
     colour: str,

@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.estimation.losses import loss_force_n
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.robot.attitude import rotations_of
 from testbed.robot.robot import Robot
 
-Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
 Columns = Mapping[str, Array]
 FRAME_S, MOST_FRAMES = 0.1, 400

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from testbed.formats.arrays import Array
 from testbed.machine.names import JOINTS, LEGS
 from testbed.report.figures import Events, mark
 from testbed.report.ground import Heights
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = npt.NDArray[np.float64]
 Columns = Mapping[str, Array]
 PLAN_IN, PLAN_ROOM = 4.6, 1.12
 SUPPORT = (0.0, 0.447, 0.698, 0.18)

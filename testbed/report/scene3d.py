@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.files import whole
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.report.style import LEG_COLOUR
@@ -33,7 +34,6 @@ from testbed.simulation.residuals import best_method
 from testbed.simulation.runs import RecordedRun, read_run
 from testbed.world.ground.terrain import Ground, anchors_in_world, make_ground
 
-Array = npt.NDArray[np.float64]
 Columns = Mapping[str, Array]
 FRAME_HZ, MOST_ROWS = 50.0, 60_000
 M_A_NEWTON, ASIDE_M = 1e-4, 0.25

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 
-Array = NDArray[np.float64]
 ENDINGS = ".npy, .asc, .tif or .tiff"
 NPY_CELL_M = 0.1
 MOST_BYTES = 400_000_000

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.scenario.elevation import Grid, read_elevation
 from testbed.scenario.terrain import Terrain
 
@@ -22,7 +22,6 @@ SETTLED_M = 1e-5
 MOST_OFF_M = 5.0
 """How far a surface may lie off its mean slope."""
 
-Array = NDArray[np.float64]
 LONGEST_M, SHORTEST_M = 12.0, 3.0
 """Half the edge of the patch of ground that is taken: as much as the file has, no less than the
 robot needs.

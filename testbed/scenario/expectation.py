@@ -15,9 +15,12 @@ from testbed.formats.checked import Checked, impossible
 class Bound(Checked):
     """What a number of the summary must be."""
 
-    min: float | None = Field(default=None, description="at least")
-    max: float | None = Field(default=None, description="at most")
-    equals: float | str | bool | None = Field(default=None, description="exactly")
+    min: float | None = None
+    """at least"""
+    max: float | None = None
+    """at most"""
+    equals: float | str | bool | None = None
+    """exactly"""
 
     @model_validator(mode="after")
     def _says_something(self) -> Bound:
@@ -29,12 +32,10 @@ class Bound(Checked):
 class Expect(Checked):
     """What must come out of the run; the tests check it."""
 
-    verdict: Literal["stood", "lost footing", "fell", "slid", "rope broke"] | None = Field(
-        default=None, description="how the run must end"
-    )
-    summary: dict[str, Bound] = Field(
-        default_factory=dict, description="dotted path in summary.json -> bound"
-    )
+    verdict: Literal["stood", "lost footing", "fell", "slid", "rope broke"] | None = None
+    """how the run must end"""
+    summary: dict[str, Bound] = Field(default_factory=dict)
+    """dotted path in summary.json -> bound"""
 
 
 class Mutation(Checked):
@@ -42,10 +43,10 @@ class Mutation(Checked):
     run ignores it.
     """
 
-    set: dict[str, Any] = Field(
-        min_length=1, description="dotted path of a value of this scenario -> its changed value"
-    )
-    because: str = Field(min_length=1, description="why the expectation must then fail")
+    set: dict[str, Any] = Field(min_length=1)
+    """dotted path of a value of this scenario -> its changed value"""
+    because: str = Field(min_length=1)
+    """why the expectation must then fail"""
 
     def overrides(self) -> list[str]:
         """The changes as `load_scenario` and `--set` take them: `a.b=c`."""

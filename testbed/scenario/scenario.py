@@ -41,18 +41,16 @@ FORMAT = "roboclimber-scenario/1"
 class Scenario(Checked):
     """One scenario, checked and frozen."""
 
-    format: Literal["roboclimber-scenario/1"] = Field(description="format of the file")
-    name: str = Field(
-        min_length=1,
-        max_length=80,
-        pattern=r"^[^\W_][\w.-]*$",
-        description="short name; folders are called after it; the file's, where none is given",
-    )
-    description: str = Field(default="", description="what it is for, one or two sentences")
-    seed: int = Field(
-        default=0, ge=0, le=2**32 - 1, description="seed of everything random in the run"
-    )
-    duration_s: float = Field(default=10.0, gt=0, le=90_000, description="simulated time [s]")
+    format: Literal["roboclimber-scenario/1"]
+    """format of the file"""
+    name: str = Field(min_length=1, max_length=80, pattern=r"^[^\W_][\w.-]*$")
+    """short name; folders are called after it; the file's, where none is given"""
+    description: str = ""
+    """what it is for, one or two sentences"""
+    seed: int = Field(default=0, ge=0, le=2**32 - 1)
+    """seed of everything random in the run"""
+    duration_s: float = Field(default=10.0, gt=0, le=90_000)
+    """simulated time [s]"""
     rates: Rates = Rates()
     terrain: Terrain = Terrain()
     machine: OwnMachine = OwnMachine()
@@ -61,20 +59,16 @@ class Scenario(Checked):
     hydraulics: Hydraulics = Hydraulics()
     sensors: Sensors = Sensors()
     task: Task = Stand()
-    events: Annotated[tuple[Event, ...], Sequence] = Field(
-        default=(), description="things that happen at a given time"
-    )
+    events: Annotated[tuple[Event, ...], Sequence] = ()
+    """things that happen at a given time"""
     control: Control = Control()
     model: Model = Model()
     estimator: Estimator = Estimator()
-    undeclared: Annotated[tuple[Undeclared, ...], Sequence] = Field(
-        default=(), description="effects of the world that the model lacks"
-    )
+    undeclared: Annotated[tuple[Undeclared, ...], Sequence] = ()
+    """effects of the world that the model lacks"""
     expect: Expect = Expect()
-    mutation: Mutation | None = Field(
-        default=None,
-        description="a change under which `expect` must fail; tests apply it, a run does not",
-    )
+    mutation: Mutation | None = None
+    """a change under which `expect` must fail; tests apply it, a run does not"""
 
     @model_validator(mode="after")
     def _events_can_happen(self) -> Scenario:

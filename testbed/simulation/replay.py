@@ -18,6 +18,7 @@ from testbed.control.gait import BelievedStart
 from testbed.control.gaits.own import checked_gait
 from testbed.control.measured import Measured, rows_of
 from testbed.control.replay import Commands, replay, rows_at_ticks
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.records import SET
 from testbed.formats.sockets import user_code
 from testbed.robot.robot import Robot
@@ -44,9 +45,9 @@ class Plans:
 
     row: NDArray[np.intp]
     """(n,) which row of the recording each tick saw."""
-    forces: NDArray[np.float64]
+    forces: Array
     """(n, 14) wanted forces in the order of Statics' unknowns, N."""
-    feasible: NDArray[np.bool_]
+    feasible: Flags
     """(n,) whether it found any."""
 
 

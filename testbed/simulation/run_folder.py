@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.files import check_space, plain, write_text
 from testbed.formats.yaml_files import write_yaml, yaml_text
 from testbed.simulation.description import recording_meta
@@ -19,8 +19,6 @@ from testbed.simulation.recorder import RunRecorder, size_bytes, write_summary
 from testbed.simulation.runs import Columns, open_run
 from testbed.simulation.truth_machine import TRUTH_MACHINE, truth_machine
 from testbed.world.summary import surveyed
-
-Array = npt.NDArray[np.float64]
 
 LEAST_ROWS_A_PART, LONGEST_WAIT_S = 200, 5.0
 """A part is a simulated second of rows, but at least so many, for its head alone takes 100 kB; rows

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
 from testbed.robot.attitude import rotations_of
@@ -22,7 +23,6 @@ from testbed.robot.robot import Robot
 from testbed.robot.stability import tipping_work_j, wrench_margin_n
 from testbed.scenario.scenario import Scenario
 
-Array = NDArray[np.float64]
 Columns = Mapping[str, Array]
 EVERY_S, MOST_LOOKS = 0.5, 240
 SETTLED_S = 0.5

@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.files import check_file, whole
 from testbed.robot.attitude import quaternions_of
 from testbed.simulation.runs import RecordedRun, read_run, run_machines
 
-Array = npt.NDArray[np.float64]
 ENDINGS = (".csv", ".mcap")
 NUMBER = {"type": "number"}
 XYZ = {"type": "object", "properties": {name: NUMBER for name in "xyz"}}

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.drilling.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.control.gait import BelievedStart, Gait
 from testbed.control.gaits.table import NOTHING_OWN, OwnParts, gait_of
+from testbed.control.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.effects.hidden import Hidden
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.estimation.live.expected import Expectation
+from testbed.formats.arrays import Array
 from testbed.laws.drill import DrillLoads
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.recording.rows import DrillKnown
@@ -38,8 +39,6 @@ RAISED_M = 0.05
 """Mean extension of the vertical cylinders from which on the robot starts on its feet, not on its
 belly.
 """
-
-Array = NDArray[np.float64]
 
 
 @dataclass

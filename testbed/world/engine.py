@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError, SimulationFault
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import merged
@@ -27,7 +28,6 @@ from testbed.world.quiet import quiet
 from testbed.world.rotations import quaternion
 from testbed.world.view import View
 
-Array = NDArray[np.float64]
 _ANGLE, _RATE = itemgetter(0), itemgetter(1)
 NEAR_M = 1.0e-3
 """Contact points further from touching than this are left out of a step (a foot comes down by 0.1

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.errors import SimulationFault
+from testbed.formats.arrays import Array
 from testbed.recording.rows import DataRow, TruthRow
 
-Array = NDArray[np.float64]
 DATA_COLUMNS: tuple[str, ...] = tuple(DataRow.column_names())
 TRUTH_COLUMNS: tuple[str, ...] = tuple(TruthRow.column_names())
 LOADS = [

@@ -24,6 +24,7 @@ from testbed.estimation.detectors.table import LIVE
 from testbed.estimation.estimator import SHIPPED
 from testbed.estimation.live.chosen import ChosenEstimator
 from testbed.estimation.live.judged import Judge
+from testbed.formats.arrays import Array
 from testbed.formats.sockets import user_code
 from testbed.machine.names import VERTICAL
 from testbed.recording.rows import DataRow
@@ -53,7 +54,6 @@ from testbed.world.plausible import DATA_COLUMNS, TRUTH_COLUMNS, check_rows
 from testbed.world.saved import State, restore, save
 from testbed.world.verdict import LOOK_TICKS
 
-Array = NDArray[np.float64]
 SAMPLES = 1000
 """Samples whose noise is drawn at once."""
 

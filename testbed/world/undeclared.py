@@ -16,6 +16,7 @@ from testbed.effects import by_name
 from testbed.effects.base import Effect
 from testbed.effects.hidden import Hidden, HiddenCylinder
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.records import get, put
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, LEGS
@@ -23,8 +24,6 @@ from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import ballasted, rehung
 from testbed.scenario.world_parts import Undeclared
 from testbed.world.sensing import DELAY_LENGTH
-
-Array = NDArray[np.float64]
 
 ADDED: Mapping[str, str] = {
     "pressure_coefficient_m2": "seal.pressure_coefficient",

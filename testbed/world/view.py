@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.world.drilling.rock import rock_texture, under_sky
 from testbed.world.quiet import quiet
 from testbed.world.rotations import quaternion, turning_z_to
-
-Array = NDArray[np.float64]
 
 
 class View:

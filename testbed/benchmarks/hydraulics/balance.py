@@ -26,7 +26,6 @@ from testbed.machine.sets import SetName
 from testbed.scenario.world_parts import Rates
 from testbed.world.plumbing import axis_parameters, unit_parameters
 
-Array = NDArray[np.float64]
 STEP_S = 1e-3
 
 

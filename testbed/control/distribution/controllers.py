@@ -6,9 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from testbed.control.distribution.distribution import Controller, Distribution
 from testbed.control.distribution.drill_sharing import DrillSharing
 from testbed.control.distribution.learned import Learned
@@ -17,10 +14,10 @@ from testbed.control.distribution.pseudo_inverse import PseudoInverse
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import Statics
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.sockets import FORM, is_user_class, load_object
 from testbed.robot.robot import Robot
 
-Array = NDArray[np.float64]
 CONTROLLERS: dict[str, Callable[[], Controller]] = {
     "position_hold": PositionHold,
     "pseudo_inverse": PseudoInverse,

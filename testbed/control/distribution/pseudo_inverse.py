@@ -7,12 +7,10 @@ f = -G^T (G G^T)^-1 (load + ropes), G (6, 12). Knows neither friction nor that f
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.statics import FEET, ROPES, Balance
-
-Array = NDArray[np.float64]
+from testbed.formats.arrays import Array
 
 
 class PseudoInverse:

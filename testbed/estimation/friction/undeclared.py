@@ -21,7 +21,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.estimation.cylinder import friction_terms
 from testbed.estimation.friction.evidence import Evidence
@@ -32,10 +31,10 @@ from testbed.estimation.friction.posterior import (
     huber_weights,
     scatter,
 )
+from testbed.formats.arrays import Array, Flags
 from testbed.recording.known import Known
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+Mask = Flags
 
 PARTS: dict[str, tuple[bool, bool, bool]] = {
     "coulomb": (False, True, False),

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.effects import build
 from testbed.effects.friction_presliding import SOUND_BEND_M
@@ -21,14 +20,14 @@ from testbed.estimation.leg.friction import breakaway_n, friction_n
 from testbed.estimation.leg.fusion import can_fuse, fused
 from testbed.estimation.leg.motion import smooth, smooth_causal
 from testbed.estimation.leg.signals import grid, signals_of
+from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel
 
 LEAST_WEIGHT = 0.05
 """Share of good samples near by from which on their mean is taken."""
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+Mask = Flags
 MOVING_M_S = 3e-3
 """Faster than this the direction of friction is certain (the contract's limit for scoring)."""
 SLIDING_M_S, SLIDING_S = 4e-4, 0.05

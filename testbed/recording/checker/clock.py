@@ -8,8 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from testbed.formats.arrays import Array
 from testbed.recording.checker.finding import Finding
-from testbed.recording.checker.raw import Array, Mask, Raw
+from testbed.recording.checker.raw import Mask, Raw
 from testbed.recording.checks import MINIMUM_SAMPLES, RATE_FACTOR
 
 GAP_STEPS, GAP_S = 3.5, 0.02

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.recording.checker.raw import Array, Mask, Raw
+from testbed.formats.arrays import Array
+from testbed.recording.checker.raw import Mask, Raw
 
 WIDTH_S, WIDTH_SAMPLES = 0.012, 2.0
 MOVING_M_S = 3e-3

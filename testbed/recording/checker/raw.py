@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.table import read_columns
 from testbed.formats.units import span_to_si, to_si
 from testbed.formats.yaml_files import read_mapping
@@ -20,8 +18,7 @@ from testbed.recording.foot import read_foot_header
 from testbed.recording.robot import machine_of, read_robot_header
 from testbed.recording.robot_columns import is_evidence
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+Mask = Flags
 REFERENCE = "reference_force"
 """Name under which a load cell's column stands among the channels."""
 

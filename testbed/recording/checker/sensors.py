@@ -9,8 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from testbed.formats.arrays import Array
 from testbed.recording.checker.finding import Finding
-from testbed.recording.checker.raw import REFERENCE, Array, Mask, Raw
+from testbed.recording.checker.raw import REFERENCE, Mask, Raw
 
 STOOD_S = 0.05
 """A value that stood for longer before it jumped was held."""

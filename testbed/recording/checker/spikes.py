@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from testbed.formats.arrays import Array
 from testbed.recording.checker.finding import Finding
-from testbed.recording.checker.raw import Array, Mask, Raw
+from testbed.recording.checker.raw import Mask, Raw
 
 WINDOW, MOST_ROWS = 7, 2
 """Rows about each from which the median is taken, and how many in a row may be one spike."""

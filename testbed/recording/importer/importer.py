@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import Field
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.checked import checked
 from testbed.formats.table import write_columns
 from testbed.formats.units import UNITS, to_si
@@ -24,7 +24,7 @@ from testbed.formats.yaml_files import read_mapping, write_yaml
 from testbed.recording.axis_header import FORMAT, Channel, ReferenceForce
 from testbed.recording.checker.check import check_recording
 from testbed.recording.checker.finding import Checked as Findings
-from testbed.recording.checker.raw import REFERENCE, Array, read_raw
+from testbed.recording.checker.raw import REFERENCE, read_raw
 from testbed.recording.importer.tables import read_any
 
 FIELDS = ("rig", "known", REFERENCE, "sample_rate_hz", "description", "source", "licence")
@@ -35,15 +35,19 @@ ROBOTS = ("surveyed", "scenario", "seed", "task")
 class Source(Channel):
     """Where a quantity comes from."""
 
-    scale: float = Field(default=1.0, description="factor of the column")
-    offset: float = Field(default=0.0, description="added after the factor, in `unit`")
+    scale: float = 1.0
+    """factor of the column"""
+    offset: float = 0.0
+    """added after the factor, in `unit`"""
 
 
 class ReferenceSource(ReferenceForce):
     """Where the external force comes from."""
 
-    scale: float = Field(default=1.0, description="factor of the column")
-    offset: float = Field(default=0.0, description="added after the factor, in `unit`")
+    scale: float = 1.0
+    """factor of the column"""
+    offset: float = 0.0
+    """added after the factor, in `unit`"""
 
 
 def import_file(file: str | Path, map_file: str | Path, out: str | Path) -> Findings:

@@ -15,11 +15,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 
-Array = npt.NDArray[np.float64]
 CLOCKS = ("log_time", "publish_time")
 MOST_UNPACKED, MOST_OF_A_CHUNK = 1_000_000_000, 100_000_000
 """Bytes of messages in a file, and of a chunk, which is unpacked whole."""

@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.table import open_series
 from testbed.recording.importer.mcap_file import read_mcap
 
-Array = npt.NDArray[np.float64]
 SEPARATORS = ("\t", ";", "|", ",", " ")
 COMMENTS = ("#", "%", "//", "!")
 MOST_BYTES = 10**9

@@ -9,18 +9,20 @@ from bisect import bisect_right
 from itertools import accumulate
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from testbed.control.drilling.thrust_plan import ramp_share
 from testbed.formats.records import Record, quantity
 from testbed.laws.drill import scale_order
 from testbed.machine.model import Machine
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
 
-Array = NDArray[np.float64]
 Happened = dict[str, Any]
+
+
+def ramp_share(begun_s: float, duration_s: float, ramp_s: float) -> float:
+    """Share of a phase's forces `begun_s` after it began: they rise and fall at its edges within
+    `ramp_s`.
+    """
+    return min(1.0, begun_s / ramp_s, (duration_s - begun_s) / ramp_s) if ramp_s > 0.0 else 1.0
 
 
 class Ordered(Record):

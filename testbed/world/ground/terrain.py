@@ -10,12 +10,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.scenario.terrain import Terrain
 from testbed.scenario.world_parts import Ropes
 
-Array = NDArray[np.float64]
 FIELD_LENGTH_M = 24.0
 PROFILE_REACH_M = 60.0
 """How far a profile goes on at its ends, and half its width."""

@@ -1,0 +1,9 @@
+"""The arrays that everything is handed in; a docstring says shape, unit and frame."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
