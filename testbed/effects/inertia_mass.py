@@ -8,6 +8,8 @@ from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 LEAST_M_S2 = 0.3
+LIGHTER_KG = -40.0
+"""What moves with a piston is lighter than drawn by no more than that (E)."""
 
 
 class AddedMass(Effect):
@@ -16,6 +18,7 @@ class AddedMass(Effect):
     kind = "inertia.mass"
     equation = "m = m_declared + mass, in weight and inertia"
     text = "the leg carries more (or less) mass than declared: mud, a tool, a wrong drawing"
+    lowest = LIGHTER_KG
     parameters = (
         ParameterSpec("mass", "kg", -1e4, 1e5, (-40.0, 90.0), "added mass"),
         ParameterSpec(
@@ -52,10 +55,6 @@ class AddedMass(Effect):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Weight and inertia of what the piston moves."""
         return {"mass": seen.weighs(seen.asked_by_link[:, :, seen.axis(place)])}
-
-    def least(self, number: str) -> float:
-        """What moves with a piston may be lighter than drawn, but by no more than is expected."""
-        return self.spec(number).prior[0]
 
 
 EFFECTS = (AddedMass(),)
