@@ -21,6 +21,10 @@ from testbed.machine.provenance import read_quantities
 from testbed.machine.sets import DEFAULT, SetName, machine_set
 from testbed.machine.urdf_geometry import differing, urdf_numbers
 
+HOW_TO_AGREE = (
+    "no number, or a URDF that says so: `testbed machine FOLDER --draw` draws one, "
+    "with strokes by joints.*.upper_m"
+)
 ALIKE = 1e-9
 """Changes that differ by less are the same."""
 
@@ -94,7 +98,7 @@ def _of_folder(folder: Path) -> Machine:
                 file=folder / NUMBERS,
                 field=f"numbers.{name}",
                 value=own[name].value,
-                allowed="no number, or a URDF drawn anew from the numbers by testbed machine --draw",
+                allowed=HOW_TO_AGREE,
             )
     return following(machine, urdf)
 

@@ -12,8 +12,8 @@
     source
       oil: {entrained_air: {value: 0.01, unit: "1", mark: E, source: "new oil"}}
 
-Geometry, masses, strokes and ranges are the URDF's, and a number that says otherwise is refused: one
-truth.
+Geometry, masses, strokes and ranges are the URDF's, and a number that says otherwise is refused:
+one truth.
 """
 
 from __future__ import annotations

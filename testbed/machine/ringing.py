@@ -1,4 +1,4 @@
-"""How fast the sliding masses of a machine ring on their oil and seals, and what clock that takes."""
+"""How fast the sliding masses of a machine ring on oil and seals, and what clock that takes."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ model's seals chattered from step to step at 2.1.
 
 
 def fastest_rad_s(machine: Machine) -> float:
-    """Angular frequency of the fastest vertical cylinder's oil and seal, half out, with the mass that
-    slides.
+    """Angular frequency of the fastest vertical cylinder's oil and seal, half out, with the mass
+    that slides.
     """
     fastest = 0.0
     for leg, numbers in machine.each_leg.items():

@@ -23,7 +23,7 @@ OPTIONAL_LINKS: tuple[str, ...] = (
 """Where the drill, the rods and the ropes act; a machine without them has none of it."""
 MOST_BYTES, MOST_ELEMENTS = 2_000_000, 20_000
 MOST_M = 10.0
-"""No slide is longer, and no body's radius of gyration larger: beyond it a URDF is not in metres."""
+"""No slide is longer, no body's radius of gyration larger: else a URDF is not in metres."""
 _NUMBERS = (
     "xyz",
     "rpy",
@@ -245,7 +245,10 @@ def _check_passive(joints: dict[str, ET.Element], path: str | Path) -> None:
     for name, joint in joints.items():
         if joint.get("type") != "fixed" and name not in AXES:
             raise InputError(
-                "would hang loose", file=path, field=f"joint {name}", allowed="fixed, or one of a leg's"
+                "would hang loose",
+                file=path,
+                field=f"joint {name}",
+                allowed="fixed, or one of a leg's",
             )
         if joint.find("mimic") is not None:
             raise InputError("would have no effect", file=path, field=f"joint {name} <mimic>")

@@ -164,8 +164,10 @@ def _motion_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "least work that tips it", _in_thousands(summary["lowest_energy_margin_j"], "J")
     yield "largest tilt", f"{summary['tilt_max_deg']:.2f} deg"
     yield "way up the slope", f"{round(1000 * summary['climbed_m']) + 0:d} mm"
-    ropes = summary["rope_tension_max_n"].items()
-    yield "rope tension, highest", ", ".join(f"{side} {_newton(rope)}" for side, rope in ropes)
+    ropes = summary["rope_tension_max_n"]
+    if any(ropes.values()):
+        pulls = ", ".join(f"{side} {_newton(rope)}" for side, rope in ropes.items())
+        yield "rope tension, highest", pulls
 
 
 def _slip_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

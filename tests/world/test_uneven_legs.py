@@ -1,5 +1,5 @@
-"""Legs of unequal length on a plane: every foot is on it from the first moment, and the ground bears
-the weight.
+"""Legs of unequal length on a plane: every foot is on it from the first moment, and the ground
+bears the weight.
 """
 
 from __future__ import annotations
