@@ -206,6 +206,8 @@ def _task(summary: Mapping[str, Any]) -> str:
     """What became of the task, in words."""
     done = summary["progress"]
     words = [] if done["done"] else ["unfinished"]
+    if "parts_wanted" in done:
+        words.append(f"{done['parts_done']} of {done['parts_wanted']} parts")
     if "steps_wanted" in done:
         words.append(f"{done['steps_made']} of {done['steps_wanted']} steps")
     if "hole_depth_wanted_m" in done:

@@ -22,6 +22,8 @@ ROWS = (
     ("contact", "in contact"),
 )
 SINGLES = tuple((f"rope_{side}", f"{side} rope [N]") for side in SIDES)
+PUSH_KN = 5.0
+"""What a push begins with, of a machine as heavy as ROBOCLIMBER."""
 NOW = np.array([0], dtype=np.int64)
 
 
@@ -69,6 +71,7 @@ class LivePage:
             "singles": SINGLES,
             "friction": terrain.friction,
             "arrows": arrows(self._robot),
+            "push_kn": f"{PUSH_KN * self._robot.machine.scale.force:g}",
             "animation": htmlsafe_json_dumps(still),
             "told": htmlsafe_json_dumps({"key": key}),
             "live_script": script(SCRIPT),
