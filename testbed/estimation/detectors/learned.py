@@ -1,10 +1,9 @@
-"""Small networks, trained on the benchmark's tuning scenes alone, on what views.py shows them of a
-foot.
+"""Small networks, trained on the benchmark's tuning scenes alone, on what views.py shows of a foot.
 
     score = w_2 tanh(W_1 tanh(W_0 view + b_0) + b_1) + b_2
 
-the log of the odds that the foot has lost its contact, smoothed over some milliseconds: the mean of MEMBERS
-networks that were trained apart, side by side in one (W_1 is of blocks). The weights lie in
+the log of the odds that the foot has lost its contact, smoothed over some milliseconds: the mean of
+MEMBERS networks that were trained apart, side by side in one (W_1 is of blocks). The weights lie in
 learned.npz beside this file; `testbed lab train-detector` makes them.
 """
 
