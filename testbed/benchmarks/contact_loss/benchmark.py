@@ -57,7 +57,15 @@ class Recorded(Benchmark[Scene]):
 
     def without(self) -> tuple[str, ...]:
         """What is made of a recording is no part of it."""
-        ours = ("benchmark", "floor", "limit", "published", "rivals", "score", "summary")
+        ours: tuple[str, ...] = (
+            "benchmark",
+            "floor",
+            "limit",
+            "published",
+            "rivals",
+            "score",
+            "summary",
+        )
         ours += ("training", "warning*")
         detectors = Path(inspect.getfile(Detector)).parent.iterdir()
         return (
