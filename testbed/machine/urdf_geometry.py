@@ -15,16 +15,15 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.machine.names import JOINTS, LEGS
 from testbed.machine.urdf_check import read_urdf
 
 ROUNDING = 1e-9
 """Lengths (m) and angles (rad) that differ by less are the same."""
 
-Array = NDArray[np.float64]
 SOLE_M = 1.0e-5
 """So far may a foot's underside be off its link's origin: at the ground's stiffness 1 kN."""
 STRAIGHT_M = 1.0e-6
