@@ -25,7 +25,7 @@ from testbed.robot.loads.foot_loads import external_wrench, point_wrench
 from testbed.robot.model import RobotModel
 from testbed.robot.robot import Robot
 from testbed.robot.stability import tipping_work_j, wrench_margin_n
-from testbed.scenario.expectation import Expect
+from testbed.scenario.events import Expect
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.expectations import unmet
 from testbed.simulation.metrics import run_metrics
