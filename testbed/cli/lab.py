@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from testbed.cli.benchmarks import show
-from testbed.cli.options import Jobs, Json, Results
+from testbed.cli.options import Jobs, Json, Results, Set
 
 Folders = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of trials.")]
 File = Annotated[Path | None, typer.Option(help="File to write. [the shipped one]")]
@@ -26,6 +26,7 @@ def climbs(
         list[str] | None,
         typer.Option(help="FILE.py:Class that climbs beside the shipped gait; may be repeated."),
     ] = None,
+    set_: Set = None,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
@@ -35,7 +36,8 @@ def climbs(
     from testbed.benchmarks.climbs.climbs import CASES, Climbs
 
     cases, own = tuple(case or CASES), tuple(gait or ())
-    show(Climbs(seeds, first_seed, way, cases, own), out, jobs, json)
+    made = Climbs(seeds, first_seed, way, cases, own, overrides=tuple(set_ or ()))
+    show(made, out, jobs, json)
 
 
 def control_tasks(
