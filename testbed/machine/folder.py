@@ -12,7 +12,8 @@
     source
       oil: {entrained_air: {value: 0.01, unit: "1", mark: E, source: "new oil"}}
 
-Geometry, masses, strokes and ranges are the URDF's, whatever the numbers say: one truth.
+Geometry, masses, strokes and ranges are the URDF's, and a number that says otherwise is refused:
+one truth.
 """
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ from testbed.formats.checked import Checked, Sequence, checked
 from testbed.formats.files import check_links
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import SHIPPED, Machine
+from testbed.machine.overridden import check_kind
 from testbed.machine.provenance import Quantity, quantities_of, read_quantities
-from testbed.machine.ruled import check_kind
 from testbed.machine.scale import exponent
 from testbed.machine.sets import DEFAULT, SetName, machine_set
 
@@ -44,19 +45,18 @@ class Head(Checked):
     """What machine.yaml says beside its numbers."""
 
     format: Literal["roboclimber-machine/1"]
-    name: str = Field(min_length=1, max_length=80, description="what people call it")
-    description: str = Field(default="", description="what it is, one or two sentences")
-    length_scale: float = Field(
-        default=1.0, gt=0.01, le=10.0, description="its size beside ROBOCLIMBER's"
-    )
-    set: SetName = Field(
-        default=DEFAULT,
-        description="which of ROBOCLIMBER's sets gives the numbers that are not here",
-    )
-    without: Annotated[tuple[Literal["drill", "ropes"], ...], Sequence] = Field(
-        default=(), description="what the drawn URDF leaves out"
-    )
-    numbers: dict[str, Any] = Field(default_factory=dict, description="as in roboclimber.yaml")
+    name: str = Field(min_length=1, max_length=80)
+    """what people call it"""
+    description: str = ""
+    """what it is, one or two sentences"""
+    length_scale: float = Field(default=1.0, gt=0.01, le=10.0)
+    """its size beside ROBOCLIMBER's"""
+    set: SetName = DEFAULT
+    """which of ROBOCLIMBER's sets gives the numbers that are not here"""
+    without: Annotated[tuple[Literal["drill", "ropes"], ...], Sequence] = ()
+    """what the drawn URDF leaves out"""
+    numbers: dict[str, Any] = Field(default_factory=dict)
+    """as in roboclimber.yaml"""
 
 
 def machine_folder(given: str | Path, folder: Path = Path()) -> Path:
@@ -84,6 +84,11 @@ def read_head(folder: Path) -> Head:
     return checked(Head, read_mapping(path), path)
 
 
+def own_numbers(folder: Path) -> dict[str, Quantity]:
+    """The numbers that a folder gives itself, by path. Raises InputError as read_head does."""
+    return quantities_of(read_head(folder).numbers, folder / NUMBERS)
+
+
 def drawing_board(folder: Path) -> Machine:
     """The machine of a folder by its numbers alone, its URDF not read; where there is none, the
     shipped one's.
@@ -94,7 +99,7 @@ def drawing_board(folder: Path) -> Machine:
     base = read_quantities(Path(__file__).with_name(SHIPPED)) | machine_set(head.set)
     quantities = dict(_scaled(base, head.length_scale))
     machine = Machine.of(quantities, folder / BODIES, path)
-    own = quantities_of(head.numbers, path)
+    own = own_numbers(folder)
     for name, quantity in own.items():
         old = machine.quantity(name, path, f"numbers.{name}")
         if old.unit != quantity.unit or isinstance(old.value, tuple) != isinstance(

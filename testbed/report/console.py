@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from testbed.machine.provenance import Quantity
     from testbed.recording.checker.finding import Checked
 
+
 LEAST_SLIP_M = 1e-3
 """Slips below it are not told."""
 
@@ -164,8 +165,10 @@ def _motion_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "least work that tips it", _in_thousands(summary["lowest_energy_margin_j"], "J")
     yield "largest tilt", f"{summary['tilt_max_deg']:.2f} deg"
     yield "way up the slope", f"{round(1000 * summary['climbed_m']) + 0:d} mm"
-    ropes = summary["rope_tension_max_n"].items()
-    yield "rope tension, highest", ", ".join(f"{side} {_newton(rope)}" for side, rope in ropes)
+    ropes = summary["rope_tension_max_n"]
+    if any(ropes.values()):
+        pulls = ", ".join(f"{side} {_newton(rope)}" for side, rope in ropes.items())
+        yield "rope tension, highest", pulls
 
 
 def _slip_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -204,6 +207,8 @@ def _task(summary: Mapping[str, Any]) -> str:
     """What became of the task, in words."""
     done = summary["progress"]
     words = [] if done["done"] else ["unfinished"]
+    if "parts_wanted" in done:
+        words.append(f"{done['parts_done']} of {done['parts_wanted']} parts")
     if "steps_wanted" in done:
         words.append(f"{done['steps_made']} of {done['steps_wanted']} steps")
     if "hole_depth_wanted_m" in done:
@@ -290,3 +295,29 @@ def identification_shown(result: Identification) -> list[Any]:
         *result.used,
         f"{residual}, over {result.rows} rows of {', '.join(result.recordings)}",
     ]
+
+
+@contextmanager
+def counting_progress(total: int, name: str) -> Iterator[Callable[[int], None] | None]:
+    """A progress bar over a count on standard error; None when that is not a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=total)
+        yield lambda done: bar.update(task, completed=done)
+
+
+@contextmanager
+def working(name: str) -> Iterator[Callable[[str], None]]:
+    """A spinner that says what is being done; silent when standard error is not a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(name) as status:
+        yield lambda what: status.update(f"{name}: {what}")

@@ -8,17 +8,17 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.diagnosis.robot.diagnose import LEARNT_SHARE, RobotDiagnosis
 from testbed.diagnosis.robot.findings import as_json, spoken
 from testbed.diagnosis.robot.groups import FORCES, LINE
 from testbed.effects import by_name
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
 from testbed.report.page import render
 from testbed.report.style import BLUE, GREY, RC, svg
+from testbed.report.words import words
 
-Array = npt.NDArray[np.float64]
 COMPONENTS = ("up the slope, N", "to the left, N", "off the slope, N")
 SHOWN = 8
 """So many rivals stand in the table."""
@@ -52,6 +52,7 @@ def contents(diagnosis: RobotDiagnosis) -> dict[str, Any]:
         "resembles": spoken(diagnosis.resembles) if diagnosis.resembles else "",
         "force": force_figure(diagnosis),
         "places": place_figure(diagnosis),
+        "glossary": words("naming", "machine"),
     }
 
 
@@ -78,7 +79,7 @@ def _rows(diagnosis: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
         unit, factor = units.get(group, of_oil)
         changed = abs(row["after"] - row["refit"]) > 0.02 * row["refit"]
         if group in units or changed:
-            told = {stage: f"{factor * value:.3g}" for stage, value in row.items()}
+            told = {stage: f"{float(f'{factor * value:.3g}'):g}" for stage, value in row.items()}
             out.append((group.replace("_", " "), unit, told))
     return out
 
@@ -102,8 +103,7 @@ def force_figure(diagnosis: RobotDiagnosis) -> str:
                 along = np.einsum("nj,nj->n", frames[:, axis], values[:, :3])
                 panel.plot(body.seen.time_s, along, color=colour, lw=1.0, label=label)
             panel.axhline(0.0, color="#1a1a1a", lw=0.6)
-            panel.set_title(words)
-            panel.set_xlabel("time, s")
+            panel.set(title=words, xlabel="time, s")
         panels[0].legend(loc="upper left")
         figure.tight_layout()
         text = svg(figure, "robot-force")

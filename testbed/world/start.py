@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.effects.hidden import Hidden
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
 from testbed.robot.loads.drill_loads import rods_wrench
@@ -24,7 +24,6 @@ from testbed.world.ground.footing import Footing, footing_of
 from testbed.world.ground.terrain import Ground, anchors_in_world
 from testbed.world.undeclared import anchors_of, attachments_of
 
-Array = NDArray[np.float64]
 TRIES, TOUCH_M = 40, 1.0e-6
 """A foot is brought down onto uneven ground to within this distance."""
 
@@ -83,9 +82,12 @@ def find_start(
     height = -float(feet[:, 2].mean()) + scenario.robot.height_offset_m
     position = rotation @ np.array([0.0, 0.0, height])
     if scenario.robot.height_offset_m == 0.0:
-        reached = joints.copy()
-        _reach_down(ground, engine, position, rotation, reached)
-        gaps = (reached - joints)[list(VERTICAL)]
+        if ground.flat:
+            gaps = height + feet[:, 2]
+        else:
+            reached = joints.copy()
+            _reach_down(ground, engine, position, rotation, reached)
+            gaps = (reached - joints)[list(VERTICAL)]
         shift = float(gaps.max() + gaps.min()) / 2.0
         position = position - rotation @ np.array([0.0, 0.0, shift])
         joints[list(VERTICAL)] += gaps - shift
@@ -174,8 +176,6 @@ def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array
     A foot goes down by its distance from the ground over the cosine of the ground's tilt, again and
     again. Raises InputError where there is no ground.
     """
-    if ground.flat:
-        return
     down = -rotation[:, 2]
     for _ in range(TRIES):
         engine.reset(position, rotation, q)

@@ -1,0 +1,109 @@
+"""Events reach the machine when they are due, and only what they name."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.machine.names import AXES, SIDES
+from testbed.recording.rows import DataRow
+from testbed.scenario.events import (
+    CutRope,
+    FailSensor,
+    LiftFoot,
+    Payload,
+    SetFriction,
+    SetSupply,
+    Shove,
+)
+from testbed.world.board import Board
+from testbed.world.scheduled_events import ScheduledEvents
+
+
+def machine() -> Any:
+    """The board of a machine, and what it is told beside the board."""
+    board = Board.zeros()[0]
+    board.ropes["whole"] = 1.0
+    told: list[tuple[str, float]] = []
+    return SimpleNamespace(
+        board=board,
+        told=told,
+        set_friction=lambda friction: told.append(("friction", friction)),
+        engine=SimpleNamespace(add_store_mass=lambda kg: told.append(("store", kg))),
+    )
+
+
+def scheduled(*events: Any) -> tuple[Any, Any, ScheduledEvents]:
+    m, row = machine(), DataRow.zeros()
+    return m, row, ScheduledEvents(m, row, events)
+
+
+def shove(at_s: float, newton: float, **more: Any) -> Shove:
+    return Shove(kind="shove", at_s=at_s, force_in_world_n=(newton, 0.0, 0.0), **more)
+
+
+def test_events_come_in_the_order_of_their_times_and_each_once() -> None:
+    early, late = (SetFriction(kind="set_friction", at_s=t, friction=0.1) for t in (1.0, 2.0))
+    *_, pending = scheduled(late, early)
+    assert pending.due(0.99) == []
+    assert pending.due(2.0 - 1e-12) == [early, late]
+    assert pending.due(3.0) == []
+
+
+def test_a_cut_rope_is_no_rope_that_broke_and_a_rope_that_parts_is_told_once() -> None:
+    m, _, world = scheduled()
+    world.happen(CutRope(kind="cut_rope", at_s=0.0, rope="left"))
+    assert m.board.ropes["whole"].tolist() == [0.0, 1.0]
+    assert world.broken_ropes() == []
+    m.board.ropes[SIDES.index("right")].whole = 0.0
+    assert world.broken_ropes() == ["right"]
+    assert world.broken_ropes() == []
+
+
+def test_a_set_pressure_is_told_over_the_atmosphere_and_kept_absolute() -> None:
+    m, _, world = scheduled()
+    world.happen(SetSupply(kind="set_supply", at_s=0.0, pressure_pa=9e6))
+    assert m.board.unit.set_pressure == 9e6 + ATMOSPHERE_PA
+
+
+@pytest.mark.parametrize(("how", "reading_pa"), [("stuck", 3.2e6), ("dead", 0.0)])
+def test_a_failed_sensor_shows_what_it_showed_last_or_nothing(how: Any, reading_pa: float) -> None:
+    m, row, world = scheduled()
+    axis = AXES.index("rl_vertical")
+    m.board.transducers["gain"] = 1.0
+    row["pressure_b"][0, axis] = 3.2e6
+    world.happen(FailSensor(kind="fail_sensor", at_s=0.0, at="rl_vertical", chamber="b", how=how))
+    failed = m.board.transducers[1, axis]
+    assert failed["gain"] == 0.0 and failed["zero"] == reading_pa
+    assert (m.board.transducers["gain"] == 1.0).sum() == 2 * len(AXES) - 1
+
+
+def test_pushes_add_up_where_they_act_and_end_with_their_time() -> None:
+    m, _, world = scheduled()
+    world.happen(shove(1.0, 100.0, duration_s=1.0))
+    world.happen(shove(1.5, 20.0, duration_s=1.0))
+    world.happen(shove(1.5, 7.0, duration_s=1.0, at="rr"))
+    for t, body_n, foot_n in (
+        (0.5, 0.0, 0.0),
+        (1.0, 100.0, 0.0),
+        (1.6, 120.0, 7.0),
+        (2.2, 20.0, 7.0),
+    ):
+        world.push(t)
+        assert (m.board.shove[0], m.board.foot_shove[3, 0]) == (body_n, foot_n)
+    world.push(2.5)
+    assert not np.any(m.board.shove) and not np.any(m.board.foot_shove)
+
+
+def test_the_rest_is_handed_on_and_what_a_gait_carries_out_does_nothing_here() -> None:
+    m, _, world = scheduled()
+    before = m.board.tobytes()
+    world.happen(Payload(kind="payload", at_s=0.0, mass_kg=-30.0))
+    world.happen(SetFriction(kind="set_friction", at_s=0.0, friction=0.3))
+    world.happen(LiftFoot(kind="lift_foot", at_s=0.0, leg="fl"))
+    assert m.told == [("store", -30.0), ("friction", 0.3)]
+    assert m.board.tobytes() == before
