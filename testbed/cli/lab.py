@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from testbed.cli.options import Work, spread
+from testbed.cli.options import Set, Work, spread
 
 Folders = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of trials.")]
 File = Annotated[Path | None, typer.Option(help="File to write. [the shipped one]")]
@@ -26,6 +26,7 @@ def climbs(
         list[str] | None,
         typer.Option(help="FILE.py:Class that climbs beside the shipped gait; may be repeated."),
     ] = None,
+    set_: Set = None,
 ) -> None:
     """Climb ten metres up every slope, on planes and on rough rock, several seeds each, every seed
     on its own drawn machine.
@@ -33,7 +34,7 @@ def climbs(
     from testbed.benchmarks.climbs.climbs import CASES, Climbs
 
     cases, own = tuple(case or CASES), tuple(gait or ())
-    work.show(Climbs(seeds, first_seed, way, cases, own))
+    work.show(Climbs(seeds, first_seed, way, cases, own, overrides=tuple(set_ or ())))
 
 
 @spread

@@ -8,6 +8,8 @@ does HANDBOOK all the time.
 
 from __future__ import annotations
 
+import copy
+import math
 from typing import Any
 
 import numpy as np
@@ -17,7 +19,7 @@ from testbed.control.distribution.corrected import PULL_N, SHARE_N, Corrected
 from testbed.control.gait import Layered
 from testbed.control.layers.orders import Orders
 from testbed.control.observed import Observed, amounts
-from testbed.envs.base import RoboclimberEnv
+from testbed.envs.base import TICK_MS, RoboclimberEnv
 from testbed.envs.increments import action_rows
 from testbed.envs.observations import HOLE_TABLE
 from testbed.envs.rewards import END, LOST, Term, Truth
@@ -38,6 +40,8 @@ SLIP = Term("slip", "further slip of the foot that slipped most", "m", -100.0)
 HANDBOOK = np.array([0.0, 1.0, 0.0, 0.0, 0.0], dtype=np.float32)
 """An action: the handbook's feed and the full hammer."""
 AT_WORK = ("collar", "drill")
+TICK_S = 1e-3 * TICK_MS
+"""Of the drill."""
 
 
 class DrillHoleEnv(RoboclimberEnv):
@@ -72,7 +76,7 @@ class DrillHoleEnv(RoboclimberEnv):
             raise InputError(
                 "drills no hole", field="task.kind", value=spec.task.kind, allowed="drill_hole"
             )
-        self._task = spec.task
+        self._task, self._end_s = spec.task, float(spec.duration_s)
         self._friction = spec.terrain.friction
         self._orders, self._sharing = Orders(), Corrected()
         self._slip_m = self._diagonal = 0.0
@@ -114,6 +118,18 @@ class DrillHoleEnv(RoboclimberEnv):
         """Best feed for the rock that the bit is in: a truth, for oracles alone."""
         drill = self._sim.machine.drill
         return float(drill.best_feed_n(drill.depth_m))
+
+    def most_paid(self) -> float:
+        """What the rest of the episode pays for a bit that is pressed all the time as is best for
+        the rock that it is in, no foot minded: nobody can be paid more. A truth, for oracles alone.
+        """
+        drill, t, end = copy.deepcopy(self._sim.machine.drill), self._sim.t_s, self._end_s
+        begun_m, drill.most_n, drill.hammer = drill.depth_m, math.inf, 1.0
+        while t < end - 0.5 * TICK_S:
+            drill.feed_n = drill.best_feed_n(drill.depth_m)
+            drill.update(t, TICK_S)
+            t += TICK_S
+        return self._weights["depth"] * float(drill.depth_m - begun_m)
 
     def _bit_known_m(self) -> float:
         """Depth of the bit by the drill's own count of its rods."""

@@ -159,10 +159,11 @@ class Crawl(Checked):
     """Walk over the slope on the ropes, one leg swinging at a time."""
 
     kind: Literal["crawl"]
-    gait: Literal["flowing", "two_phase", "wave"] = "flowing"
+    gait: Literal["flowing", "brisk", "two_phase", "wave"] = "flowing"
     """flowing: both legs of a side swing one after the other while the body goes on, and in between
-    it moves to the other side; two_phase: the same, but the body moves on four feet only; wave:
-    the body sways for every swing
+    it moves to the other side; brisk: the same with less margin on gentle slopes and less waiting;
+    two_phase: as flowing, but the body moves on four feet only; wave: the body sways for every
+    swing
     """
     start_s: float = Field(default=4.0, ge=0)
     """time of the first motion [s]"""

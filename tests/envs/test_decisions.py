@@ -82,6 +82,26 @@ def test_neither_idleness_nor_leaning_on_the_limits_drills_as_well_as_the_handbo
         assert max(idle[gamma], limit[gamma]) < 0.7 * handbook[gamma]
 
 
+@pytest.mark.slow
+def test_nobody_is_paid_more_than_a_bit_that_minds_no_foot(hole: gymnasium.Env) -> None:
+    """One who knows the rock comes near to it, the handbook less so; asking changes nothing."""
+    hole.reset(seed=1)
+    begun, most = hole.save(), hole.most_paid()
+    paid = {}
+    for knows in (True, False):
+        hole.restore(begun)
+        depth, over, action = 0.0, False, HANDBOOK.copy()
+        while not over:
+            if knows:
+                action[0] = (hole.best_feed_n - FEED_N) / FEED_RANGE_N
+            _, _, lost, ended, info = hole.step(action)
+            depth += info["reward_terms"]["depth"]
+            over = lost or ended
+            assert depth + hole.most_paid() <= most + 1e-6
+        paid[knows] = depth
+    assert paid[False] < paid[True] <= most and paid[True] > 0.95 * most
+
+
 def test_a_rope_is_hauled_at_the_speed_that_is_ordered_and_one_that_is_cut_is_masked() -> None:
     env = _keep(CUT)
     _, info = env.reset(seed=1)

@@ -135,12 +135,13 @@ def climbs(
     first: int = 1,
     gaits: Sequence[str] = (SHIPPED,),
     draw: str | None = None,
+    further: Sequence[str] = (),
 ) -> list[Climb]:
     """Every case with seeds first .. seeds, seed by seed, so that a part of them is a fair sample;
     under every gait.
 
     `draw`: tolerances from which each seed's machine is drawn; None: the world has the one on the
-    drawing board.
+    drawing board; `further`: changes of all climbs.
     """
     out = []
     for seed in range(first, seeds + 1):
@@ -151,7 +152,7 @@ def climbs(
                 drawn += [f"machine.draw={draw}", f"machine.seed={seed}"]
             if case.startswith(ROUGH):
                 drawn.append(f"terrain.roughness_seed={seed}")
-            overrides = (*LONG, *CASES[case], *drawn)
+            overrides = (*LONG, *CASES[case], *drawn, *further)
             out += [Climb(case, seed, overrides, gait) for gait in gaits]
     return out
 
@@ -161,7 +162,7 @@ class Climbs(Benchmark[Climb]):
     """Seeds `first_seed` to `seeds` of each of `chosen`, as far as `way_m`, by the shipped gait and
     by `own` ones.
 
-    Raises InputError for cases, seeds and gaits that there are not.
+    Raises InputError for cases, seeds, gaits and changes that there are not.
     """
 
     name = "climbs"
@@ -173,6 +174,8 @@ class Climbs(Benchmark[Climb]):
     own: tuple[str, ...] = ()
     """Gaits of one's own, `FILE.py:Class`."""
     draw: str | None = "workshop"
+    overrides: tuple[str, ...] = ()
+    """Changes `a.b=c` of every climb."""
 
     def __post_init__(self) -> None:
         for name in self.chosen:
@@ -185,10 +188,12 @@ class Climbs(Benchmark[Climb]):
             )
         for name in self.own:
             load_class(name, Gait, field="--gait")
+        load_scenario(SCENARIO, [*LONG, *self.overrides])
 
     def cases(self) -> Mapping[str, Climb]:
         """Every climb by slope and seed."""
-        made = climbs(self.chosen, self.seeds, self.first_seed, (SHIPPED, *self.own), self.draw)
+        gaits = (SHIPPED, *self.own)
+        made = climbs(self.chosen, self.seeds, self.first_seed, gaits, self.draw, self.overrides)
         return {
             f"{climb.case}, seed {climb.seed}, {self.way_m:g} m, {climb.gait}": climb
             for climb in made

@@ -11,7 +11,7 @@ from typing import Any
 
 from testbed.benchmarks.control_tasks.agents.base import Agent
 from testbed.benchmarks.control_tasks.oracle import Found, search
-from testbed.benchmarks.control_tasks.tasks import Entrant, PlannedAgent, Task
+from testbed.benchmarks.control_tasks.tasks import Entrant, PlannedAgent, Plans, Task
 from testbed.formats.arrays import Array
 
 DECIDED = 1e-9
@@ -56,7 +56,7 @@ class Stage:
 
 def stage(task: Task, overrides: tuple[str, ...] = ()) -> Stage:
     """The stage of a task in this process."""
-    return _stage(task.environment, task.randomisation, overrides)
+    return _stage(task.environment, task.randomisation, (*task.overrides, *overrides))
 
 
 @lru_cache(maxsize=8)
@@ -83,8 +83,8 @@ class Branches:
     which is simulated once.
     """
 
-    def __init__(self, task: Task, seed: int) -> None:
-        self._plans, self._seed = task.plans, seed
+    def __init__(self, task: Task, plans: Plans, seed: int) -> None:
+        self._plans, self._seed = plans, seed
         self._stage = stage(task)
         self._begun: tuple[float, ...] | None = None
         self._parting: tuple[float, PlannedAgent, Any] | None = None
@@ -113,8 +113,13 @@ class Branches:
 
 
 def best_found(task: Task, seed: int, budget: int) -> dict[str, Any]:
-    """The oracle's best episode of one case."""
-    branches, plans = Branches(task, seed), task.plans
+    """The oracle's best episode of one case; of a task without plans the most that it could pay."""
+    plans = task.plans
+    if plans is None:
+        place = stage(task)
+        place.begin(seed)
+        return {"plan": (), "history": (), "score": place.env.most_paid()}
+    branches = Branches(task, plans, seed)
     found: Found = search(branches.score, plans.starts, plans.spread, budget, seed, plans.alike)
     return {"plan": found.plan, "history": found.history} | branches.ends[found.score]
 

@@ -12,12 +12,11 @@ import copy
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
-from testbed.benchmarks.control_tasks.agents.base import Readings, Vector
-from testbed.benchmarks.control_tasks.agents.drill_hole import action_of
+from testbed.benchmarks.control_tasks.agents.base import Readings
 from testbed.benchmarks.control_tasks.agents.keep import STEP_S, Secure
 from testbed.formats.arrays import Array, Flags
 
@@ -129,25 +128,3 @@ class KeepPlan(Secure):
         self._since_s += STEP_S
         wanted = -float(np.interp(self._since_s, SHIFT_S, self._down_m))
         return (wanted - seen["orders.shift"]) / STEP_S
-
-
-class HolePlan:
-    """Five numbers: share of the true best feed, share of the reserve that it is held to, share of
-    the hammer, and the actions of both ropes' pulls and of the diagonal.
-    """
-
-    def __init__(self, env: Any, plan: Array) -> None:
-        self._env, self._plan = env, plan
-
-    def with_plan(self, plan: Array) -> Self:
-        """The same agent with another plan."""
-        return type(self)(self._env, plan)
-
-    def act(self, observation: Vector) -> Vector:
-        """See Agent."""
-        del observation
-        best, held, hammer, pulls, diagonal = self._plan
-        feed = min(best * self._env.best_feed_n, max(held, 0.0) * self._env.reserve_n)
-        action = action_of(float(feed), float(np.clip(hammer, 0.0, 1.0)))
-        action[2:] = np.clip([pulls, pulls, diagonal], -1.0, 1.0)
-        return action

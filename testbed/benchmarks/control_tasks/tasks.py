@@ -10,7 +10,7 @@ from typing import Any, Protocol, Self
 from testbed.benchmarks.control_tasks.agents.base import Agent, Constant, Trained
 from testbed.benchmarks.control_tasks.agents.drill_hole import Adaptive, Drill, Reserve, action_of
 from testbed.benchmarks.control_tasks.agents.keep import Hauling, Secure, Yielding
-from testbed.benchmarks.control_tasks.oracle import HolePlan, KeepPlan
+from testbed.benchmarks.control_tasks.oracle import KeepPlan
 from testbed.envs import named
 from testbed.envs.drill_hole import HANDBOOK
 from testbed.envs.policies import read_policy
@@ -69,7 +69,12 @@ class Task:
     entrants: Mapping[str, Entrant]
     rules: tuple[str, ...]
     """Entrants that are tuned rules: headroom is the oracle's mean less the best of theirs."""
-    plans: Plans
+    plans: Plans | None
+    """None: the environment says the most that anybody could be paid (`most_paid`), and that is the
+    oracle's.
+    """
+    overrides: tuple[str, ...] = ()
+    """Changes of the scenario for all who try it."""
     randomisation: str | None = None
     """Set that the cases are drawn from; None: the environment's own."""
     solved_by: str = ""
@@ -80,11 +85,6 @@ def _keep_plan(env: Any, plan: Array) -> PlannedAgent:
     """Was tried out on this very case: see KeepPlan."""
     del env
     return KeepPlan(plan)
-
-
-def _hole_plan(env: Any, plan: Array) -> PlannedAgent:
-    """Knows the rock: its best feed times a share, held to a share of the reserve."""
-    return HolePlan(env, plan)
 
 
 TASKS: dict[str, Task] = {
@@ -119,17 +119,15 @@ TASKS: dict[str, Task] = {
         "Roboclimber/DrillHole-v0",
         "cm, less the price of lost and slipped feet",
         {
-            "nothing": Entrant(lambda env: Constant(action_of(0.0, 0.0))),
-            "handbook": Entrant(lambda env: Constant(HANDBOOK)),
+            "nothing": Entrant(lambda env: Constant(action_of(0.0, 0.0)), each=SELDOM),
+            "handbook": Entrant(lambda env: Constant(HANDBOOK), each=SELDOM),
             "tuned feed": Entrant(lambda env: Reserve(Drill.of(env), 4500.0, 0.5)),
-            "adaptive": Entrant(lambda env: Adaptive(Drill.of(env))),
+            "tuned feed and pull": Entrant(lambda env: Reserve(Drill.of(env), 4500.0, 0.5, 0.25)),
+            "adaptive": Entrant(lambda env: Adaptive(Drill.of(env)), each=SELDOM),
         },
-        ("tuned feed",),
-        Plans(
-            _hole_plan,
-            ((1.0, 0.5, 1.0, 0.0, 0.0), (1.0, 0.7, 1.0, 0.0, 0.0), (0.9, 0.9, 1.0, 0.0, 0.0)),
-            (0.1, 0.15, 0.2, 0.4, 0.4),
-        ),
+        ("tuned feed", "tuned feed and pull"),
+        None,
+        ("duration_s=30",),
     ),
 }
 

@@ -87,6 +87,16 @@ def test_seeds_differ_in_rock_and_friction_and_every_case_is_a_scenario() -> Non
     assert rocks == {1, 2}
 
 
+def test_changes_are_made_in_every_climb_and_are_in_its_mark() -> None:
+    plain, brisk = (
+        Climbs(seeds=1, chosen=("plane 45",), overrides=changes)
+        for changes in ((), ("task.gait=brisk",))
+    )
+    (one,), (other,) = plain.cases().values(), brisk.cases().values()
+    assert (one.scenario().task.gait, other.scenario().task.gait) == ("flowing", "brisk")
+    assert plain.made_from(one) != brisk.made_from(other)
+
+
 def test_a_climb_of_a_hands_breadth_is_good_and_is_not_run_again(tmp_path: Path) -> None:
     short = Climbs(seeds=1, way_m=0.02, chosen=("plane 45",))
     (found,) = run(short, tmp_path)
@@ -104,6 +114,7 @@ def test_a_climb_of_a_hands_breadth_is_good_and_is_not_run_again(tmp_path: Path)
         ({"own": ("nobody.py:Mine",)}, "no such file"),
         ({"first_seed": 0}, "--first-seed"),
         ({"seeds": 1, "first_seed": 2}, "--first-seed"),
+        ({"overrides": ("task.gait=dance",)}, r"task\.gait"),
     ],
 )
 def test_cases_and_seeds_that_are_none_are_refused(options: dict[str, Any], told: str) -> None:

@@ -210,10 +210,11 @@ def test_plans_that_part_at_the_fault_score_as_whole_episodes_do() -> None:
     scores alone from the beginning; a floor that is out of reach ends an episode below it.
     """
     task, seed = TASKS["keep"], 203
+    assert task.plans is not None
     first, second = (np.array(plan) for plan in task.plans.starts[:2])
-    branches = Branches(task, seed)
+    branches = Branches(task, task.plans, seed)
     found = [branches.score(plan, -math.inf) for plan in (first, second)]
-    alone = [Branches(task, seed).score(plan, -math.inf) for plan in (first, second)]
+    alone = [Branches(task, task.plans, seed).score(plan, -math.inf) for plan in (first, second)]
     assert found == alone and found[0] != found[1]
     assert max(found) <= branches.score(first, max(found) + 0.1) < max(found) + 0.1
     entrant = task.entrants["yielding legs"]

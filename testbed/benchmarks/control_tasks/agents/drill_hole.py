@@ -77,21 +77,21 @@ class Drill:
         )
 
 
-def action_of(feed_n: float, hammer: float = 1.0) -> Vector:
-    """The action that orders a feed and a share of the hammer, and leaves ropes and stance
-    alone.
+def action_of(feed_n: float, hammer: float = 1.0, pulls: float = 0.0) -> Vector:
+    """The action that orders a feed, a share of the hammer, and of both ropes this share of PULL_N
+    beyond the plan's; the stance is left alone.
     """
     action = HANDBOOK.copy()
-    action[0] = np.clip((feed_n - FEED_N) / FEED_RANGE_N, -1.0, 1.0)
-    action[1] = np.clip(2.0 * hammer - 1.0, -1.0, 1.0)
-    return action
+    action[:2] = (feed_n - FEED_N) / FEED_RANGE_N, 2.0 * hammer - 1.0
+    action[2:4] = pulls
+    return np.clip(action, -1.0, 1.0)
 
 
 class Reserve:
-    """One feed everywhere, held to a share of what the stance allows."""
+    """One feed everywhere, held to a share of what the stance allows, and one pull of the ropes."""
 
-    def __init__(self, drill: Drill, feed_n: float, share: float, hammer: float = 1.0) -> None:
-        self._action = action_of(min(feed_n, share * drill.reserve_n), hammer)
+    def __init__(self, drill: Drill, feed_n: float, share: float, pulls: float = 0.0) -> None:
+        self._action = action_of(min(feed_n, share * drill.reserve_n), pulls=pulls)
 
     def act(self, observation: Vector) -> Vector:
         """See Agent."""

@@ -129,12 +129,13 @@ class Footholds:
             feet[standing] - body, up, self._friction, load, centre, pulls, bounds
         )
 
-    def body_goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:
+    def body_goal(self, middle: Array, swings: Swings, enough: float = 1.0) -> tuple[Array, float]:
         """Body position (3) from which the legs can swing one after the other, with the body at
         `middle` (3) unshifted when the first one does.
 
-        Returns the position and its margin, N: the smallest shift whose margin is as wanted, else
-        the largest margin. Raises InputError where no shift keeps all legs within their ranges.
+        Returns the position and its margin, N: the smallest shift whose margin is this share of
+        the wanted one, else the largest margin. Raises InputError where no shift keeps all legs
+        within their ranges.
         """
         best: tuple[Array, float] | None = None
         for sway in self._sways_m:
@@ -144,7 +145,7 @@ class Footholds:
                 continue
             if best is None or margin > best[1]:
                 best = body, margin
-            if margin >= self._wanted_n:
+            if margin >= enough * self._wanted_n:
                 break
         if best is None:
             moved = swings.feet.copy()

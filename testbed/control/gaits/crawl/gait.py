@@ -24,7 +24,7 @@ from testbed.control.gaits.crawl.pace import Pace
 from testbed.control.gaits.crawl.phases import IN_THE_AIR, BodyWay, Doing, Phase
 from testbed.control.gaits.crawl.reach import explained
 from testbed.control.gaits.crawl.rope_hold import RopeHold
-from testbed.control.gaits.crawl.walk_plan import Stride, WalkPlan
+from testbed.control.gaits.crawl.walk_plan import SEAT_S, Stride, WalkPlan
 from testbed.control.measured import Measured
 from testbed.errors import InputError
 from testbed.formats.arrays import Array, Flags
@@ -87,8 +87,9 @@ class CrawlGait:
         self._queue: list[Phase] = []
         self._phase: Phase | None = None
         self._clock = self._way_clock = 0.0
+        self._seated_s = np.inf
+        """Since a foot last began to be seated."""
         self._way = BodyWay(self._body, self._body, 1.0)
-        self._pace = pace
         self._wanted: Stride | None = None
         self.steps_done = 0
         self.groups = 0
@@ -153,7 +154,7 @@ class CrawlGait:
         of reach is not made: the group is then that of the task.
         """
         self._wanted = stride
-        self._pace.haste = haste
+        self._plan.haste = haste
 
     def command(self, t: float, dt: float, measured: Measured) -> Command:
         """See Gait."""
@@ -161,7 +162,8 @@ class CrawlGait:
         stance = np.ones(len(LEGS), dtype=bool)
         if t >= self.task.start_s and not self.done:
             self._go(dt, measured, stance, levelling)
-        seating = self._phase is not None and self._phase.doing is Doing.SEAT
+        at_it = self._phase is not None and self._phase.doing is Doing.SEAT
+        seating = at_it or self._seated_s < SEAT_S
         levelling.correct(self._feet, self._body, stance, measured, seating, dt)
         self._joints = self._footholds.joints(self._feet, self._body)
         return Command(
@@ -192,6 +194,7 @@ class CrawlGait:
             self._way_clock += dt * self._readiness(measured)
             self._body = self._way.at(self._way_clock)
         share = self._clock / phase.duration_s
+        self._seated_s += dt
         if phase.doing in IN_THE_AIR:
             stance[phase.leg] = False
         if self._is_over(phase, share, dt, measured):
@@ -204,8 +207,12 @@ class CrawlGait:
             self.groups += 1
             self._returning = self.steps_done >= self.task.steps
         phase, self._clock = self._queue.pop(0), 0.0
+        if phase.doing is Doing.SEAT:
+            self._seated_s = 0.0
         if phase.way is not None:
             self._way, self._way_clock = phase.way, 0.0
+            if self._plan.manner.lead_s > 0.0:  # the shift may not quite be over
+                self._way = replace(phase.way, start=self._body)
         if phase.swing is not None:
             # Foot and body may not be quite where they were meant to be.
             then = self._way.at(self._way_clock + phase.duration_s)
@@ -254,7 +261,8 @@ class CrawlGait:
             return self._search(phase, dt, measured)
         if phase.doing is Doing.SEAT:
             return share >= 1.0 and self._seated(phase, share, load_n)
-        return self._way_clock >= self._way.duration_s
+        lead_s = self._plan.manner.lead_s if self._queue else 0.0
+        return self._way_clock >= self._way.duration_s - lead_s
 
     def _seated(self, phase: Phase, share: float, load_n: float) -> bool:
         """True where a seat is over: the foot carries, or is to search on, or has been given time
@@ -266,7 +274,7 @@ class CrawlGait:
                 self._queue[:0] = self._plan.search_phases(phase.leg, phase.old_m, phase.tries + 1)
                 self._ground.begin(load_n)
                 return True
-            if share < LAST_SEAT:
+            if self._clock < LAST_SEAT * SEAT_S:
                 return False
         self.steps_done += 1
         return True

@@ -27,8 +27,6 @@ SHORTEST_SHIFT_S = 0.3
 """No shift of the body is quicker (E)."""
 SHORTEST_SWING_S = 0.5
 """No swing is quicker (E)."""
-CREEP = {"two_phase": 0.0, "wave": 0.5, "flowing": 0.6}
-"""Share of its way that the body makes while legs swing, by gait (E)."""
 STEEP, GENTLE = 0.3, 0.6
 """Feet that carry less than the first share of the weight leave a flowing body too little margin,
 and it rests while legs swing; from the second on it flows in full (E).
@@ -49,6 +47,33 @@ shares of its next way
 that brings them within reach: on rock a foot does not always stand where it was meant to."""
 REHEARSED = 8
 """Swings that are planned before the first one is made."""
+
+
+@dataclass(frozen=True)
+class Manner:
+    """What makes a gait one of its own. All numbers (E)."""
+
+    creep: float
+    """Share of its way that the body makes while legs swing."""
+    flows: bool = False
+    """Whether it does so only as far as the slope is gentle."""
+    seat_s: float = SEAT_S
+    """How long a foot is seated before anything else begins."""
+    lead_s: float = 0.0
+    """So long before the body is over the others, a leg is unloaded."""
+    margin: float = 1.0
+    """Share of the usual margin that is enough on gentle slopes."""
+    haste: float = 1.0
+    """See Pace."""
+
+
+UNHURRIED = Manner(0.0)
+MANNERS = {
+    "two_phase": UNHURRIED,
+    "wave": Manner(0.5),
+    "flowing": Manner(0.6, flows=True),
+    "brisk": Manner(0.6, flows=True, seat_s=0.15, lead_s=0.3, margin=0.6, haste=1.05),
+}
 
 
 @dataclass(frozen=True)
@@ -80,6 +105,9 @@ class WalkPlan:
         self.ahead = np.array([np.cos(heading), np.sin(heading), 0.0])
         """(3) unit vector of the direction of travel."""
         self._group_size = 1 if task.gait == "wave" else 2
+        self._manner = MANNERS[task.gait]
+        self.haste = 1.0
+        """What somebody wants of it beyond the gait's own; see Pace."""
         self._behind_m = self._reached_m = 0.0
         """How far the body is behind its plan, and how far along its way the last group brings it.
         """
@@ -125,6 +153,7 @@ class WalkPlan:
         """The next shift and the swings after it; when all steps are done the way back over the
         middle of the feet.
         """
+        self._pace.haste = self.manner.haste * self.haste
         task, left = self._task, self._task.steps - steps_done
         middle = self._middle(feet, steps_done)
         if left <= 0:
@@ -148,7 +177,7 @@ class WalkPlan:
         """Search for the ground and seat the foot."""
         return [
             Phase(Doing.SEARCH, np.inf, leg, old_m=old_m, tries=tries),
-            Phase(Doing.SEAT, SEAT_S, leg, old_m=old_m, tries=tries),
+            Phase(Doing.SEAT, self.manner.seat_s, leg, old_m=old_m, tries=tries),
         ]
 
     def _group(self, group: list[int], feet: Array, body: Array, middle: Array) -> list[Phase]:
@@ -158,7 +187,7 @@ class WalkPlan:
         size = len(group)
         stride_m = self.stride.length_m
         part_m = stride_m * self._group_size / len(LEGS)
-        creep_m = self._creep() * part_m
+        creep_m = self.creep * part_m
         # Feet are put down half a stride ahead of their homes, counted from where the body stands
         # in the middle of its way over them.
         along_m = float(self.ahead @ middle)
@@ -185,16 +214,30 @@ class WalkPlan:
             phases += self._swing_phases(leg, place, goal + index * each, each, feet)
             feet[leg] = place
         if creep.any():
-            phases[1].way = self._way(feet, goal, goal + creep, CREEP_EASE)
+            sets_off = 2 if self.manner.lead_s > 0.0 else 1
+            phases[sets_off].way = self._way(feet, goal, goal + creep, CREEP_EASE)
         return phases
 
-    def _creep(self) -> float:
+    @property
+    def manner(self) -> Manner:
+        """What the gait is like on this slope: on a steep one nobody is in a hurry."""
+        return self._manner if self._gentle > 0.0 else UNHURRIED
+
+    @property
+    def creep(self) -> float:
         """Share of its way that the body makes while legs swing."""
-        share = CREEP[self._task.gait]
-        if self._task.gait != "flowing":
-            return share
-        flows = (self._footholds.lightness - STEEP) / (GENTLE - STEEP)
-        return share * min(max(flows, 0.0), 1.0)
+        return self._manner.creep * (self._gentle if self._manner.flows else 1.0)
+
+    @property
+    def enough(self) -> float:
+        """Share of the usual margin that is enough."""
+        return 1.0 - (1.0 - self._manner.margin) * self._gentle
+
+    @property
+    def _gentle(self) -> float:
+        """0 on a steep slope to 1 on a gentle one."""
+        share = (self._footholds.lightness - STEEP) / (GENTLE - STEEP)
+        return min(max(share, 0.0), 1.0)
 
     def _goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:
         """Where the body goes for the next swings, and its margin, N.
@@ -207,7 +250,8 @@ class WalkPlan:
         least = -np.inf
         for share in OVER_THE_LOAD:
             try:
-                goal, margin = self._footholds.body_goal(middle - share * self._offset, swings)
+                then = middle - share * self._offset
+                goal, margin = self._footholds.body_goal(then, swings, self.enough)
             except InputError as error:
                 refused = refused or error
                 continue
