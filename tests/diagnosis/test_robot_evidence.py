@@ -14,7 +14,7 @@ from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal, norm
 
 from testbed.diagnosis.robot.evidence import RECALLED, RawGroup
-from testbed.diagnosis.robot.hypotheses import Ledger, log_twice_above
+from testbed.diagnosis.robot.hypotheses import Ledger, log_above
 from testbed.diagnosis.robot.probabilities import (
     NO_NAME,
     RobotSigns,
@@ -125,7 +125,7 @@ def test_what_one_part_alone_shows_foretells_nothing() -> None:
 
 @pytest.mark.parametrize("sure", [-3.0, 0.0, 2.0])
 def test_a_number_that_cannot_be_negative_counts_by_its_positive_share(sure: float) -> None:
-    assert log_twice_above(sure) == pytest.approx(math.log(2.0 * float(norm.cdf(sure))))
+    assert log_above(sure) == pytest.approx(math.log(float(norm.cdf(sure))))
 
 
 def signs(one: float, rival: float, nothing: float) -> RobotSigns:

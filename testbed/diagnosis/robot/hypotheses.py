@@ -59,9 +59,7 @@ class Ledger:
             for n, first, last in zip(self.names, ends[:-1], ends[1:], strict=True)
         }
         effects = {n: balances.candidates[n].effect for n in self.names}
-        self._positive = np.array(
-            [e.positive(k) for n, e in effects.items() for k in balances.candidates[n].signature]
-        )
+        self._least = np.concatenate([balances.candidates[n].least for n in self.names])
         self._price = {n: math.log(e.looked_for) for n, e in effects.items()}
         self._width = np.concatenate([balances.candidates[n].spreads for n in self.names])
         whole = int(ends[-1])
@@ -92,8 +90,10 @@ class Ledger:
         size = np.linalg.slogdet(scaled)[1]
         factor = 0.5 * float(gradient @ inverse @ gradient) - 0.5 * float(size)
         mean = np.asarray(inverse @ gradient, dtype=np.float64)
-        sure = mean / np.sqrt(np.diag(inverse))
-        factor += sum(log_twice_above(sure[k]) for k in np.flatnonzero(self._positive[index]))
+        least = self._least[index] / width
+        sure = (mean - least) / np.sqrt(np.diag(inverse))
+        bounded = np.flatnonzero(np.isfinite(least))
+        factor += sum(log_above(sure[k]) - log_above(-least[k]) for k in bounded)
         factor -= sum(self._price[n] for n in names)
         whole = inverse * np.outer(width, width)
         return Hypothesis(names, factor, width * mean, whole, self._apart(names))
@@ -112,13 +112,22 @@ class Ledger:
             total += float(slope @ mean - 0.5 * mean @ inside @ mean)
         return total
 
-    def _held(self, one: Hypothesis) -> Hypothesis:
-        """A hypothesis whose evidence is at most what it foresees of parts that are kept back; what
-        is not explained has a course of its own in each part.
+    def is_course(self, name: str) -> bool:
+        """Whether an effect has a course in time, one of its own in each part of a recording: a
+        foot that slips, or something unexplained.
         """
-        if any(is_unexplained(name) for name in one.names):
+        return len(self._where[name]) > MOST_NUMBERS
+
+    def _held(self, one: Hypothesis) -> Hypothesis:
+        """A hypothesis whose evidence is at most what it foresees of parts that are kept back,
+        beside that of its courses in time, which no other part can foretell.
+        """
+        courses = tuple(name for name in one.names if self.is_course(name))
+        if courses == one.names:
             return one
-        return replace(one, log_factor=min(one.log_factor, self.foreseen(one.names)))
+        seen = self.hypothesis(courses).log_factor
+        foreseen = seen + self.foreseen(one.names) - self.foreseen(courses)
+        return replace(one, log_factor=min(one.log_factor, foreseen))
 
     def _apart(self, names: tuple[str, ...]) -> bool:
         groups = self.balances.groups.values()
@@ -179,9 +188,9 @@ def _parts(time_s: Array) -> npt.NDArray[np.intp]:
     return np.asarray((time_s - time_s.min()) // PIECE_S % PARTS, dtype=np.intp)
 
 
-def log_twice_above(sure: float) -> float:
-    """Ln of twice the probability that a number is above 0 that lies `sure` standard deviations
-    above it: what the evidence of a number gains or loses that must not be negative.
+def log_above(sure: float) -> float:
+    """Ln of the probability that a number lies above a bound that its mean lies `sure` standard
+    deviations above: how evidence fares whose number must not be less.
     """
     above = 0.5 * math.erfc(-sure / math.sqrt(2.0))
-    return math.log(2.0 * above) if above > 0.0 else -0.5 * sure**2
+    return math.log(above) if above > 0.0 else -0.5 * sure**2

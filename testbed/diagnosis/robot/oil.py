@@ -20,7 +20,7 @@ from testbed.diagnosis.robot.bins import Bins, Frame
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.places import play, played, rounded, rounding, swept
 from testbed.diagnosis.robot.rig import through_amplifier
-from testbed.diagnosis.robot.tolerances import middle, standard_deviation
+from testbed.diagnosis.robot.tolerances import LATE_S, middle, standard_deviation
 from testbed.effects.hydraulics_air import free_share
 from testbed.effects.hydraulics_hose import HOSE_TIMES_S, hose_flow_m3_s
 from testbed.estimation.leg.flow import spool
@@ -53,6 +53,8 @@ PRESSURE_OFF_PA = 1.5e5
 """A pressure drop across an edge is known to this: sensors, lines, a swing within a bin (E)."""
 HOSE_M3_PA = 3.0e-13
 """What hoses of any machine may take up, by each time in which they fill (E)."""
+SOUND_LEAK_M3_S_PA = 1.0e-13
+"""What passes the piston of a sound seal: 3e-14 to 2e-13 (D)."""
 HYSTERESIS_SDS = 1.5
 """By so many standard deviations of its hysteresis a valve is tried (E)."""
 STEP, READING_STEP_PA = 1e-3, 2.0e4
@@ -123,6 +125,8 @@ class Oil:
     likewise of where the joint is within its play.
     """
     play_m: Array
+    by_lateness: Array
+    """By a sensor that reads 1 s late, were pressures to go on as they do."""
     by_edge_leak: Array
     """(n, 2, 2) by 1 m3/(s Pa) of the edge from the supply and of that to the tank."""
 
@@ -194,6 +198,12 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     missing = supplied + drained + seeps + oil.internal_leakage_m3_s_pa * across
     widened = rise * (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)
     missing = missing - swept - compressed - widened
+    by_reading = (over[0] + over[1] - supplied - drained) / READING_STEP_PA
+    stiffer = p.clip(0.0) + READING_STEP_PA
+    dissolves = (free_share(p.clip(0.0)) - free_share(stiffer)) / READING_STEP_PA
+    softness = 1.0 / oil.bulk_modulus_pa + oil.entrained_air * dissolves
+    takes = volume * softness + (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)
+    quickens = np.gradient(rise, bins.time_s, axis=0)
     return Oil(
         pressure_pa=p,
         missing=missing,
@@ -207,7 +217,8 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         ),
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
         by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
-        by_reading=(over[0] + over[1] - supplied - drained) / READING_STEP_PA,
+        by_reading=by_reading,
+        by_lateness=takes * quickens - by_reading * rise,
         compressed=np.abs(compressed),
         void=np.clip(1.0 - (p - VOID_PA) / FULL_PA, 0.0, 1.0),
         by_deadband=-(wider[0] + wider[1] - supplied - drained) / STEP,
@@ -325,16 +336,18 @@ def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float
     yield oil.by_deadband, max(standard_deviation("axes.*.valve.deadband", valve.deadband), 0.006)
     yield oil.by_wide_deadband, CUT_OFF
     yield oil.by_hysteresis, 1.0
+    sealed = "internal_leakage_m3_s_pa"
+    sd = standard_deviation(f"axes.*.oil.{sealed}", getattr(declared, sealed))
+    yield oil.by_leak, max(sd, scale.times("m3/(s Pa)") * SOUND_LEAK_M3_S_PA)
+    for k in range(2):
+        late = np.zeros_like(oil.missing)
+        late[:, k] = oil.by_lateness[:, k]
+        yield late, LATE_S
     for number, column in (
-        ("internal_leakage_m3_s_pa", oil.by_leak),
         ("bulk_modulus_pa", -oil.by_softness / declared.bulk_modulus_pa**2),
         ("entrained_air", oil.by_air),
     ):
-        value = getattr(declared, number)
-        sd = standard_deviation(f"axes.*.oil.{number}", value) or standard_deviation(
-            f"oil.{number}", value
-        )
-        yield column, sd
+        yield column, standard_deviation(f"oil.{number}", getattr(declared, number))
     for k in range(len(HOSE_TIMES_S)):
         yield (
             oil.by_hose[:, k],
