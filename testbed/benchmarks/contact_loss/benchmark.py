@@ -57,8 +57,10 @@ class Recorded(Benchmark[Scene]):
 
     def without(self) -> tuple[str, ...]:
         """What is made of a recording is no part of it."""
-        ours = ("benchmark", "floor", "limit", "published", "rivals", "score", "summary")
-        ours += ("training", "warning*")
+        ours = (
+            *("benchmark", "floor", "limit", "published", "rivals", "score", "summary", "training"),
+            "warning*",
+        )
         detectors = Path(inspect.getfile(Detector)).parent.iterdir()
         return (
             *(f"benchmarks/contact_loss/{name}.py" for name in ours),
