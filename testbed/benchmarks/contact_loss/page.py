@@ -11,7 +11,19 @@ from testbed.benchmarks.contact_loss.summary import COMMISSIONED
 from testbed.estimation.detectors.learned import Patient
 from testbed.estimation.detectors.table import BEST, LIVE
 from testbed.report.page import Filters, render
-from testbed.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RC, SKY, VERMILION, svg
+from testbed.report.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RC,
+    SKY,
+    VERMILION,
+    number_powers,
+    svg,
+)
 
 Tree = dict[str, Any]
 LOOKS: dict[str, tuple[str, str]] = {
@@ -120,4 +132,5 @@ def curves(result: Tree) -> Any:
         recall.set_ylabel("detected losses [%]")
         figure.subplots_adjust(left=0.07, right=0.99, top=0.78, bottom=0.13, wspace=0.2)
         figure.legend(loc="upper left", ncols=5, bbox_to_anchor=(0.03, 1.0), fontsize=8)
+        number_powers(figure)
         return figure
