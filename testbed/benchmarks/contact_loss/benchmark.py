@@ -57,16 +57,10 @@ class Recorded(Benchmark[Scene]):
 
     def without(self) -> tuple[str, ...]:
         """What is made of a recording is no part of it."""
-        ours: tuple[str, ...] = (
-            "benchmark",
-            "floor",
-            "limit",
-            "published",
-            "rivals",
-            "score",
-            "summary",
+        ours = (
+            *("benchmark", "floor", "limit", "published", "rivals", "score", "summary", "training"),
+            "warning*",
         )
-        ours += ("training", "warning*")
         detectors = Path(inspect.getfile(Detector)).parent.iterdir()
         return (
             *(f"benchmarks/contact_loss/{name}.py" for name in ours),

@@ -147,9 +147,8 @@ class Learned:
         """
         length = math.cbrt(force)
         factors = {"loss_force": force, "half_length": length, "half_width": length}
-        return type(self)(
-            None, **{name: factors[name] * value for name, value in self.scale.items()}
-        )
+        scale = {name: factors[name] * value for name, value in self.scale.items()}
+        return type(self)(None, **scale)
 
     def start(self, dt_s: float) -> None:
         """Forget everything; `dt_s` lies between two samples."""
