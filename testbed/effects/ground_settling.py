@@ -6,9 +6,12 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
-from testbed.effects.signature import KNOT_S, RobotSeen, Signature, knots
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Values
 from testbed.machine.names import LEGS
+
+ENDS_S = (3.0, 8.0, 20.0, 60.0)
+"""Times under load at which the sinking may end."""
 
 
 class Settling(Effect):
@@ -32,15 +35,16 @@ class Settling(Effect):
         foot.settling_m_s, foot.settling_depth_m = values["rate"], values["depth"]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
-        """How far the foot has sunk at times KNOT_S apart, straight lines between them."""
+        """How far the foot has sunk: at an even rate until each of ENDS_S, and no further."""
         leg = self.places.index(place)
-        ways = knots(seen.time_s)
-        return {f"{index}": seen.moves(leg, -way, 2) for index, way in enumerate(ways.T)}
+        return {
+            f"rate {end:g}": seen.moves(leg, -np.minimum(seen.time_s, end), 2) for end in ENDS_S
+        }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
-        """Depth: how far it has sunk at most; rate: of the quickest stretch."""
-        sunk = np.array([0.0, *linear.values()])
-        return {"rate": float(np.diff(sunk).max()) / KNOT_S, "depth": float(sunk.max())}
+        """Depth: how far it has sunk in the end; rate: while all of it sinks."""
+        rates, ends = np.array(list(linear.values())), np.minimum(ENDS_S, seen.time_s[-1])
+        return {"rate": float(rates.sum()), "depth": float(rates @ ends)}
 
     def positive(self, number: str) -> bool:
         """Ground does not rise."""
@@ -48,7 +52,7 @@ class Settling(Effect):
 
     def spread(self, number: str) -> float:
         """See Effect."""
-        return 5.0e-3
+        return 1.0e-3
 
 
 EFFECTS = (Settling(),)
