@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import log_ndtr
 
 from testbed.diagnosis.robot.evidence import PIECE_S
 from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances
@@ -26,6 +27,14 @@ SEEDS = 8
 PARTS = 4
 """Of so many parts of a recording each must be foretold from the others; they take turns, piece by
 piece, so that each of them has a bit of all that moved.
+"""
+MATTERS = 1.0 / 3.0
+"""An effect of a single number is at least this share of what it may be expected to be: a smaller
+one is none that anybody would look for, and models are wrong by as much (E).
+"""
+SURELY_BELOW = 1.0
+"""A number that cannot be negative and seems to be, by so many standard deviations, is held at 0
+where its effect has others.
 """
 KEPT = 60
 """Of all hypotheses so many of the best are told."""
@@ -62,6 +71,7 @@ class Ledger:
         self._positive = np.array(
             [e.positive(k) for n, e in effects.items() for k in balances.candidates[n].signature]
         )
+        self._least = np.repeat([MATTERS if size == 1 else 0.0 for size in sizes], sizes)
         self._price = {n: math.log(e.looked_for) for n, e in effects.items()}
         self._width = np.concatenate([balances.candidates[n].spreads for n in self.names])
         whole = int(ends[-1])
@@ -87,22 +97,41 @@ class Ledger:
             return Hypothesis((), 0.0, np.zeros(0), np.zeros((0, 0)))
         index = self._index(names)
         scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
-        gradient, width = self.gradient[index], self._width[index]
-        inverse: Array = np.asarray(np.linalg.inv(scaled), dtype=np.float64)
-        size = np.linalg.slogdet(scaled)[1]
+        free = self._free(scaled, index)
+        inside, gradient = scaled[np.ix_(free, free)], self.gradient[index[free]]
+        inverse: Array = np.asarray(np.linalg.inv(inside), dtype=np.float64)
+        size = np.linalg.slogdet(inside)[1]
         factor = 0.5 * float(gradient @ inverse @ gradient) - 0.5 * float(size)
-        mean = np.asarray(inverse @ gradient, dtype=np.float64)
-        sure = mean / np.sqrt(np.diag(inverse))
-        factor += sum(log_twice_above(sure[k]) for k in np.flatnonzero(self._positive[index]))
+        mean, covariance = np.zeros(len(index)), np.diag(1.0 / np.diag(scaled))
+        mean[free], covariance[np.ix_(free, free)] = inverse @ gradient, inverse
+        spread, least = np.sqrt(np.diag(covariance)), self._least[index]
+        for k in np.flatnonzero(free & (self._positive[index] | (least > 0.0))):
+            factor += log_gained(mean[k], spread[k], least[k], bool(self._positive[index[k]]))
         factor -= sum(self._price[n] for n in names)
-        whole = inverse * np.outer(width, width)
+        width = self._width[index]
+        whole = covariance * np.outer(width, width)
         return Hypothesis(names, factor, width * mean, whole, self._apart(names))
+
+    def _free(self, scaled: Array, index: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        """(k,) which of a set's numbers are not held at 0, below which they cannot be."""
+        free, positive = np.ones(len(index), dtype=bool), self._positive[index]
+        while positive.any():
+            inverse = np.linalg.inv(scaled[np.ix_(free, free)])
+            sure = np.zeros(len(index))
+            sure[free] = (inverse @ self.gradient[index[free]]) / np.sqrt(np.diag(inverse))
+            worst = int(np.argmin(np.where(positive, sure, 0.0)))
+            if not positive[worst] or sure[worst] >= -SURELY_BELOW or free.sum() == 1:
+                break
+            free[worst] = False
+        return free
 
     def foreseen(self, names: tuple[str, ...]) -> float:
         """By how much a set predicts each part of the recording, its numbers learnt from the other
         parts alone, better than a sound machine does: ln of the ratio of likelihoods.
         """
         index = self._index(names)
+        scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
+        index = index[self._free(scaled, index)]
         whole = self._information[np.ix_(index, index)] + np.eye(len(index))
         total = 0.0
         for k in range(PARTS):
@@ -113,12 +142,15 @@ class Ledger:
         return total
 
     def _held(self, one: Hypothesis) -> Hypothesis:
-        """A hypothesis whose evidence is at most what it foresees of parts that are kept back; what
-        is not explained has a course of its own in each part.
+        """A hypothesis whose evidence is at most what it foresees of parts that are kept back; a
+        course in time is another one in each part.
         """
-        if any(is_unexplained(name) for name in one.names):
+        if any(self._has_course(name) for name in one.names):
             return one
         return replace(one, log_factor=min(one.log_factor, self.foreseen(one.names)))
+
+    def _has_course(self, name: str) -> bool:
+        return len(self.balances.candidates[name].signature) > MOST_NUMBERS
 
     def _apart(self, names: tuple[str, ...]) -> bool:
         groups = self.balances.groups.values()
@@ -179,9 +211,21 @@ def _parts(time_s: Array) -> npt.NDArray[np.intp]:
     return np.asarray((time_s - time_s.min()) // PIECE_S % PARTS, dtype=np.intp)
 
 
-def log_twice_above(sure: float) -> float:
-    """Ln of twice the probability that a number is above 0 that lies `sure` standard deviations
-    above it: what the evidence of a number gains or loses that must not be negative.
+def log_gained(mean: float, spread: float, least: float, positive: bool) -> float:
+    """What the evidence of a number gains or loses that cannot be small, or negative.
+
+    The number, in its expected sizes, is known to be `mean` +- `spread`; what is named lies beyond
+    `least` on either side, or above it alone: ln of the probability of that, by what it was before.
     """
-    above = 0.5 * math.erfc(-sure / math.sqrt(2.0))
-    return math.log(2.0 * above) if above > 0.0 else -0.5 * sure**2
+    sides = (1.0,) if positive else (1.0, -1.0)
+    before = len(sides) * math.exp(log_above(-least))
+    logs = [log_above((side * mean - least) / spread) for side in sides]
+    top = max(logs)
+    return top + math.log(sum(math.exp(one - top) for one in logs) / before)
+
+
+def log_above(sure: float) -> float:
+    """Ln of the probability that a number is above 0 that lies `sure` standard deviations above
+    it.
+    """
+    return float(log_ndtr(sure))
