@@ -34,5 +34,9 @@ class RopeAttachment(Effect):
         moment = np.cross(np.array([0.0, 0.0, 1.0]), pull)
         return {"height": Change(wrench=-np.hstack([np.zeros_like(pull), moment]))}
 
+    def spread(self, number: str) -> float:
+        """See Effect: far beyond a workshop's tolerance, as for the zeros of sensors."""
+        return 0.12
+
 
 EFFECTS = (RopeAttachment(),)

@@ -9,7 +9,7 @@ is a mean of samples.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,6 +47,8 @@ CUT_OFF = 0.003
 """An overlap that is wider than declared within its tolerance cuts small openings off as a wide one
 does (B).
 """
+SEEPS_M3_S = 7.0e-7
+"""What seeps through a valve whose spool lies at the edge of its overlap (E)."""
 SPOOL_OFF = 0.002
 """The spool's place is known to this share of its travel: play, amplifier (E)."""
 PRESSURE_OFF_PA = 1.5e5
@@ -313,6 +315,7 @@ def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float
         alone[k] = 1.0
         yield oil.from_supply * alone, 0.1
         yield oil.to_tank * alone, 0.1
+        yield np.tile(alone, (len(oil.missing), 1)), scale.times("m3/s") * SEEPS_M3_S
         for edge, name in enumerate((("pa", "at"), ("pb", "bt"))[k]):
             column = np.zeros_like(oil.missing)
             column[:, k] = oil.by_edge_leak[:, k, edge]
@@ -325,21 +328,39 @@ def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float
     yield oil.by_deadband, max(standard_deviation("axes.*.valve.deadband", valve.deadband), 0.006)
     yield oil.by_wide_deadband, CUT_OFF
     yield oil.by_hysteresis, 1.0
-    for number, column in (
-        ("internal_leakage_m3_s_pa", oil.by_leak),
-        ("bulk_modulus_pa", -oil.by_softness / declared.bulk_modulus_pa**2),
-        ("entrained_air", oil.by_air),
-    ):
+    for number, column in _by_oil(oil, axis).items():
         value = getattr(declared, number)
-        sd = standard_deviation(f"axes.*.oil.{number}", value) or standard_deviation(
-            f"oil.{number}", value
-        )
-        yield column, sd
+        yield column, _of_tolerance(standard_deviation, number, value)
     for k in range(len(HOSE_TIMES_S)):
         yield (
             oil.by_hose[:, k],
             max(declared.hose_capacity_m3_pa, scale.times("m3/Pa") * HOSE_M3_PA),
         )
+
+
+def _by_oil(oil: Oil, axis: Axis) -> dict[str, Array]:
+    """What the balance misses by one unit more of each of the oil's numbers."""
+    softer = -oil.by_softness / axis.oil.bulk_modulus_pa**2
+    return {
+        "internal_leakage_m3_s_pa": oil.by_leak,
+        "bulk_modulus_pa": softer,
+        "entrained_air": oil.by_air,
+    }
+
+
+def _of_tolerance(asked: Callable[[str, float], float], number: str, value: float) -> float:
+    """What is asked of the tolerance of a number of the oil, each cylinder's or all cylinders'."""
+    each, alike = f"axes.*.oil.{number}", f"oil.{number}"
+    return asked(each if standard_deviation(each, value) > 0.0 else alike, value)
+
+
+def expected(oil: Oil, axis: Axis) -> Array:
+    """(n, 2) what is missing in the mean of sound machines: they do not lie about the drawing."""
+    out = np.zeros_like(oil.missing)
+    for number, column in _by_oil(oil, axis).items():
+        value = getattr(axis.oil, number)
+        out += (_of_tolerance(middle, number, value) - value) * column
+    return out
 
 
 def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
@@ -348,7 +369,7 @@ def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
     columns = [sd * c.T.ravel() for c, sd in tolerated(oil, axis, machine.scale) if sd > 0.0]
     playing = swept(oil.swept_m2, played(oil.play_m, time_s))
     return RawGroup(
-        missing=oil.missing.T.ravel(),
+        missing=(oil.missing - expected(oil, axis)).T.ravel(),
         time_s=np.tile(time_s, 2),
         noise=noise_of(oil, time_s, machine.scale.times("m3/s")) + playing,
         lasting=playing,
