@@ -145,11 +145,12 @@ class Ledger:
         """A hypothesis whose evidence is at most what it foresees of parts that are kept back; a
         course in time is another one in each part.
         """
-        if any(self._has_course(name) for name in one.names):
+        if any(self.has_course(name) for name in one.names):
             return one
         return replace(one, log_factor=min(one.log_factor, self.foreseen(one.names)))
 
-    def _has_course(self, name: str) -> bool:
+    def has_course(self, name: str) -> bool:
+        """Whether its numbers are those of a course in time, which is another in each part."""
         return len(self.balances.candidates[name].signature) > MOST_NUMBERS
 
     def _apart(self, names: tuple[str, ...]) -> bool:
