@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Values
 from testbed.machine.names import LEGS
@@ -28,11 +27,9 @@ class Settling(Effect):
     rigs = ()
     telling_motion = "stand still for minutes with the valves shut"
     alike = {"leakage.internal": "a leak moves the encoder, a sinking foot does not"}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Under this foot, wherever it stands."""
-        foot = world.feet[place]
-        foot.settling_m_s, foot.settling_depth_m = values["rate"], values["depth"]
+    hides = {"rate": "settling_m_s", "depth": "settling_depth_m"}
+    lowest = 0.0
+    usual = 1.0e-3
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """How far the foot has sunk: at an even rate until each of ENDS_S, and no further."""
@@ -42,17 +39,11 @@ class Settling(Effect):
         }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
-        """Depth: how far it has sunk in the end; rate: while all of it sinks."""
-        rates, ends = np.array(list(linear.values())), np.minimum(ENDS_S, seen.time_s[-1])
-        return {"rate": float(rates.sum()), "depth": float(rates @ ends)}
-
-    def positive(self, number: str) -> bool:
-        """Ground does not rise."""
-        return True
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 1.0e-3
+        """Depth: where it ends, which a foot that still sinks does not tell; rate: while all of it
+        sinks.
+        """
+        rates = np.array(list(linear.values()))
+        return {"rate": float(rates.sum()), "depth": float(rates @ ENDS_S)}
 
 
 EFFECTS = (Settling(),)

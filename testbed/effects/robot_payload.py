@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden, HiddenMass
 from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Values
+
+LIGHTER_KG = -100.0
+"""No machine is lighter than drawn by more than that (E)."""
 
 
 class HiddenPayload(Effect):
@@ -57,6 +62,10 @@ class HiddenPayload(Effect):
         """The mass and its first moments."""
         mass = values["mass"]
         return {"mass": mass, **{f"mass {axis}": mass * values[axis] for axis in "xyz"}}
+
+    def least(self, number: str) -> float:
+        """A body may be a little lighter than drawn; nothing takes a ton off it."""
+        return LIGHTER_KG if number == "mass" else -math.inf
 
     def spread(self, number: str) -> float:
         """A quarter of a ton, most of it near the middle."""

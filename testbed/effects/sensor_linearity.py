@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
-from testbed.effects.terms import Values
 
 
 class Linearity(Effect):
@@ -19,10 +17,7 @@ class Linearity(Effect):
     rigs = ()
     telling_motion = "press at rising loads up to the whole range"
     alike = {"sensor.gain_a": "a gain error goes on growing with the pressure"}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of both sensors of this cylinder."""
-        world.cylinders[place].bow_pa = values["bow"]
+    hides = {"bow": "bow_pa"}
 
 
 EFFECTS = (Linearity(),)

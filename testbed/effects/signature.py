@@ -13,11 +13,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, SIDES
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +119,8 @@ class RobotSeen:
     """(n, 12, hoses, 2) by 1 m3/Pa of each of the hoses of hydraulics.hose."""
     oil_by_reading: Array
     """(n, 12, 2) by a pressure sensor, of A or of B, that reads 1 Pa too much."""
+    oil_by_lateness: Array
+    """(n, 12, 2) by a pressure sensor, of A or of B, that reads 1 s late."""
     supply_by_pressure: Array
     """(n,) change of the believed supply pressure by the pump's set pressure, as a factor;
     `supply_by_flow` by its flow.

@@ -8,19 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Columns
 from testbed.formats.files import check_space, plain, write_text
 from testbed.formats.yaml_files import write_yaml, yaml_text
 from testbed.simulation.description import recording_meta
 from testbed.simulation.pictures import Album
 from testbed.simulation.recorder import RunRecorder, size_bytes, write_summary
-from testbed.simulation.runs import Columns, open_run
+from testbed.simulation.runs import open_run
 from testbed.simulation.truth_machine import TRUTH_MACHINE, truth_machine
 from testbed.world.summary import surveyed
-
-Array = npt.NDArray[np.float64]
 
 LEAST_ROWS_A_PART, LONGEST_WAIT_S = 200, 5.0
 """A part is a simulated second of rows, but at least so many, for its head alone takes 100 kB; rows
@@ -90,16 +88,15 @@ class RunFolder:
         """Make single files of the rows, and write the summary that is worked out then, told why
         rows are lost.
 
-        Both are tried, even where the disk is too full for one; raises the first InputError of
-        them.
+        Both are tried, even where the disk is too full for one, while the last picture is taken
+        beside them; raises the first InputError.
         """
         lost = [*_failing(self._write), *_failing(self._recorder.close)]
         unjoined = _failing(self._recorder.finish)
-        if self._album is not None:
-            unjoined += _failing(self._album.finish)
         told = lost[0] if lost else None
         unsaid = _failing(lambda: write_summary(self.folder, summary(told)))
-        for error in (*lost, *unjoined, *unsaid):
+        untaken = _failing(self._album.finish) if self._album is not None else []
+        for error in (*lost, *unjoined, *unsaid, *untaken):
             raise error
 
     def series(self) -> tuple[Columns, Columns]:

@@ -49,7 +49,7 @@ def beyond(found: Hypothesis) -> float:
     """What the evidence of a gain gains by being one that matters."""
     expected = by_name("sensor.gain_a").spread("gain_error")
     spread = float(np.sqrt(found.covariance[0, 0]))
-    return log_gained(found.mean[0] / expected, spread / expected, MATTERS, positive=False)
+    return log_gained(found.mean[0] / expected, spread / expected, MATTERS, -math.inf)
 
 
 def test_evidence_is_the_ratio_of_two_gaussian_densities() -> None:
@@ -132,20 +132,33 @@ def test_what_one_part_alone_shows_foretells_nothing() -> None:
 
 @pytest.mark.parametrize("sure", [-3.0, 0.0, 2.0])
 def test_a_number_that_cannot_be_negative_counts_by_its_positive_share(sure: float) -> None:
-    gained = log_gained(0.1 * sure, 0.1, least=0.0, positive=True)
+    gained = log_gained(0.1 * sure, 0.1, matters=0.0, least=0.0)
     assert gained == pytest.approx(math.log(2.0 * float(norm.cdf(sure))))
 
 
 def test_a_number_that_is_surely_small_is_none_that_matters() -> None:
     """However sure it is, a third of a third of what is expected is no effect; a whole one is."""
     before = 2.0 * float(norm.sf(MATTERS))
-    assert log_gained(MATTERS / 3.0, 0.02, MATTERS, positive=False) < -40.0
-    large = log_gained(1.0, 0.02, MATTERS, positive=False)
+    assert log_gained(MATTERS / 3.0, 0.02, MATTERS, -math.inf) < -40.0
+    large = log_gained(1.0, 0.02, MATTERS, -math.inf)
     assert large == pytest.approx(-math.log(before))
-    one_side = log_gained(-1.0, 0.5, MATTERS, positive=True)
+    one_side = log_gained(-1.0, 0.5, MATTERS, least=0.0)
     assert one_side == pytest.approx(
         math.log(float(norm.sf(MATTERS + 1.0, scale=0.5)) / before * 2)
     )
+
+
+@pytest.mark.parametrize(("mean", "spread"), [(-0.6, 0.1), (0.5, 0.3), (-2.0, 0.2)])
+def test_a_number_lies_above_what_is_least_and_beyond_what_matters(
+    mean: float, spread: float
+) -> None:
+    """As little as -1, as little as a third either way: by the normal distribution's shares."""
+    now, before = (
+        float(d.sf(MATTERS) + d.cdf(-MATTERS) - d.cdf(-1.0))
+        for d in (norm(mean, spread), norm(0.0, 1.0))
+    )
+    gained = log_gained(mean, spread, MATTERS, least=-1.0)
+    assert gained == pytest.approx(math.log(now / before), rel=1e-6)
 
 
 def test_a_number_that_would_be_negative_is_held_at_nothing() -> None:

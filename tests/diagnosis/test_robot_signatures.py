@@ -199,9 +199,8 @@ def test_a_foot_sinks_at_an_even_rate_to_a_depth() -> None:
         assert np.all(np.diff(off_slope) <= 1e-12) and np.all(off_slope[1:] < 0.0)
         assert not change.feet[:, [0, 1, 3]].any()
     rates = dict.fromkeys(signature, 0.0) | {next(iter(signature)): 0.002}
-    end_s = min(3.0, float(seen.time_s[-1]))
     assert effect.from_linear(rates, seen, "foot_rl") == pytest.approx(
-        {"rate": 0.002, "depth": 0.002 * end_s}
+        {"rate": 0.002, "depth": 0.006}
     )
 
 

@@ -143,6 +143,7 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
         oil_by_air=np.stack([one.by_air for one in other.oils], axis=1),
         oil_by_hose=np.stack([one.by_hose for one in other.oils], axis=1),
         oil_by_reading=np.stack([one.by_reading for one in other.oils], axis=1),
+        oil_by_lateness=np.stack([one.by_lateness for one in other.oils], axis=1),
         supply_by_pressure=other.supply.by_pressure,
         supply_by_flow=other.supply.by_flow,
         drawn_m3_s=other.supply.drawn_m3_s,

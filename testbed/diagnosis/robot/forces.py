@@ -23,7 +23,7 @@ from testbed.diagnosis.robot.motion_noise import (
     taken_by_stops,
     turns,
 )
-from testbed.diagnosis.robot.tolerances import middle, standard_deviation
+from testbed.diagnosis.robot.tolerances import LATE_S, middle, standard_deviation
 from testbed.effects import ALL
 from testbed.effects.friction_position import PositionFriction
 from testbed.effects.friction_pressure import PressureFriction
@@ -42,8 +42,6 @@ BODY = "body"
 ACCELEROMETER = "sensor.specific_force_bias_m_s2"
 SHAKEN_SHARE = 0.3
 """A line of more than this share of dry friction turns the piston to and fro."""
-LATE_S = 5.0e-3
-"""By how much pressures of any machine are late: lines, converters, seals that bend (E)."""
 SIDE = 0.2
 """Friction by side load that a sound machine may have, share of it."""
 BODY_ROWS = 6

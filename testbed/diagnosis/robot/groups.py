@@ -61,6 +61,12 @@ class Candidate:
         effect, scale = self.effect, self.scale
         return np.array([effect.spread(k) * effect.grows(k, scale) for k in self.signature])
 
+    @property
+    def least(self) -> Array:
+        """Below which its numbers cannot lie; -inf: they may be any."""
+        effect, scale = self.effect, self.scale
+        return np.array([effect.least(k) * effect.grows(k, scale) for k in self.signature])
+
 
 @dataclass(frozen=True, eq=False)
 class Balances:

@@ -68,12 +68,11 @@ class Ledger:
             for n, first, last in zip(self.names, ends[:-1], ends[1:], strict=True)
         }
         effects = {n: balances.candidates[n].effect for n in self.names}
-        self._positive = np.array(
-            [e.positive(k) for n, e in effects.items() for k in balances.candidates[n].signature]
-        )
-        self._least = np.repeat([MATTERS if size == 1 else 0.0 for size in sizes], sizes)
+        self._matters = np.repeat([MATTERS if size == 1 else 0.0 for size in sizes], sizes)
         self._price = {n: math.log(e.looked_for) for n, e in effects.items()}
         self._width = np.concatenate([balances.candidates[n].spreads for n in self.names])
+        least = np.concatenate([balances.candidates[n].least for n in self.names])
+        self._least = least / self._width
         whole = int(ends[-1])
         self._part_gradient = np.zeros((PARTS, whole))
         self._part_information = np.zeros((PARTS, whole, whole))
@@ -104,9 +103,13 @@ class Ledger:
         factor = 0.5 * float(gradient @ inverse @ gradient) - 0.5 * float(size)
         mean, covariance = np.zeros(len(index)), np.diag(1.0 / np.diag(scaled))
         mean[free], covariance[np.ix_(free, free)] = inverse @ gradient, inverse
-        spread, least = np.sqrt(np.diag(covariance)), self._least[index]
-        for k in np.flatnonzero(free & (self._positive[index] | (least > 0.0))):
-            factor += log_gained(mean[k], spread[k], least[k], bool(self._positive[index[k]]))
+        spread, matters, least = (
+            np.sqrt(np.diag(covariance)),
+            self._matters[index],
+            self._least[index],
+        )
+        for k in np.flatnonzero(free & (np.isfinite(least) | (matters > 0.0))):
+            factor += log_gained(mean[k], spread[k], matters[k], least[k])
         factor -= sum(self._price[n] for n in names)
         width = self._width[index]
         whole = covariance * np.outer(width, width)
@@ -114,7 +117,7 @@ class Ledger:
 
     def _free(self, scaled: Array, index: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """(k,) which of a set's numbers are not held at 0, below which they cannot be."""
-        free, positive = np.ones(len(index), dtype=bool), self._positive[index]
+        free, positive = np.ones(len(index), dtype=bool), self._least[index] == 0.0
         while positive.any():
             inverse = np.linalg.inv(scaled[np.ix_(free, free)])
             sure = np.zeros(len(index))
@@ -141,17 +144,22 @@ class Ledger:
             total += float(slope @ mean - 0.5 * mean @ inside @ mean)
         return total
 
-    def _held(self, one: Hypothesis) -> Hypothesis:
-        """A hypothesis whose evidence is at most what it foresees of parts that are kept back; a
-        course in time is another one in each part.
+    def is_course(self, name: str) -> bool:
+        """Whether an effect has a course in time, one of its own in each part of a recording: a
+        foot that slips, or something unexplained.
         """
-        if any(self.has_course(name) for name in one.names):
-            return one
-        return replace(one, log_factor=min(one.log_factor, self.foreseen(one.names)))
+        return len(self._where[name]) > MOST_NUMBERS
 
-    def has_course(self, name: str) -> bool:
-        """Whether its numbers are those of a course in time, which is another in each part."""
-        return len(self.balances.candidates[name].signature) > MOST_NUMBERS
+    def _held(self, one: Hypothesis) -> Hypothesis:
+        """A hypothesis whose evidence is at most what it foresees of parts that are kept back,
+        beside that of its courses in time, which no other part can foretell.
+        """
+        courses = tuple(name for name in one.names if self.is_course(name))
+        if courses == one.names:
+            return one
+        seen = self.hypothesis(courses).log_factor
+        foreseen = seen + self.foreseen(one.names) - self.foreseen(courses)
+        return replace(one, log_factor=min(one.log_factor, foreseen))
 
     def _apart(self, names: tuple[str, ...]) -> bool:
         groups = self.balances.groups.values()
@@ -212,21 +220,22 @@ def _parts(time_s: Array) -> npt.NDArray[np.intp]:
     return np.asarray((time_s - time_s.min()) // PIECE_S % PARTS, dtype=np.intp)
 
 
-def log_gained(mean: float, spread: float, least: float, positive: bool) -> float:
-    """What the evidence of a number gains or loses that cannot be small, or negative.
+def log_gained(mean: float, spread: float, matters: float, least: float) -> float:
+    """What the evidence of a number gains or loses by where it must lie.
 
-    The number, in its expected sizes, is known to be `mean` +- `spread`; what is named lies beyond
-    `least` on either side, or above it alone: ln of the probability of that, by what it was before.
+    The number, in its expected sizes, is known to be `mean` +- `spread`; what is named is above
+    `least` and, on either side, as large as `matters`: ln of the probability of that, by what it
+    was before.
     """
-    sides = (1.0,) if positive else (1.0, -1.0)
-    before = len(sides) * math.exp(log_above(-least))
-    logs = [log_above((side * mean - least) / spread) for side in sides]
-    top = max(logs)
-    return top + math.log(sum(math.exp(one - top) for one in logs) / before)
+    return _log_within(mean, spread, matters, least) - _log_within(0.0, 1.0, matters, least)
 
 
-def log_above(sure: float) -> float:
-    """Ln of the probability that a number is above 0 that lies `sure` standard deviations above
-    it.
-    """
-    return float(log_ndtr(sure))
+def _log_within(mean: float, spread: float, matters: float, least: float) -> float:
+    above = float(log_ndtr((mean - max(matters, least)) / spread))
+    if least >= -matters:
+        return above
+    below = float(log_ndtr((-matters - mean) / spread))
+    beyond = float(log_ndtr((least - mean) / spread))
+    if beyond < below:
+        above = float(np.logaddexp(above, below + math.log1p(-math.exp(beyond - below))))
+    return above

@@ -15,17 +15,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.compiled import njit
 from testbed.diagnosis.robot.bins import Bins, Frame
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.places import play, played, rounded, rounding, swept
 from testbed.diagnosis.robot.rig import through_amplifier
-from testbed.diagnosis.robot.tolerances import middle, standard_deviation
+from testbed.diagnosis.robot.tolerances import LATE_S, middle, standard_deviation
+from testbed.diagnosis.robot.valve_edges import through_edges
 from testbed.effects.hydraulics_air import free_share
 from testbed.effects.hydraulics_hose import HOSE_TIMES_S, hose_flow_m3_s
 from testbed.estimation.leg.flow import spool
-from testbed.laws.holding import NO_HOLDING, outlet_share
-from testbed.laws.orifice import LAMINAR_DROP_PA
+from testbed.laws.holding import NO_HOLDING
 from testbed.machine.groups import Valve
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
@@ -55,6 +54,8 @@ PRESSURE_OFF_PA = 1.5e5
 """A pressure drop across an edge is known to this: sensors, lines, a swing within a bin (E)."""
 HOSE_M3_PA = 3.0e-13
 """What hoses of any machine may take up, by each time in which they fill (E)."""
+SOUND_LEAK_M3_S_PA = 1.0e-13
+"""What passes the piston of a sound seal: 3e-14 to 2e-13 (D)."""
 HYSTERESIS_SDS = 1.5
 """By so many standard deviations of its hysteresis a valve is tried (E)."""
 STEP, READING_STEP_PA = 1e-3, 2.0e4
@@ -125,6 +126,8 @@ class Oil:
     likewise of where the joint is within its play.
     """
     play_m: Array
+    by_lateness: Array
+    """By a sensor that reads 1 s late, were pressures to go on as they do."""
     by_edge_leak: Array
     """(n, 2, 2) by 1 m3/(s Pa) of the edge from the supply and of that to the tank."""
 
@@ -151,7 +154,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     def of_samples(at: Array, wider: float, more_pa: float) -> list[tuple[Array, Array]]:
         overlap = axis.valve.deadband + wider
         read = (samples[0] + more_pa, samples[1] + more_pa, supply)
-        return [_valve(axis, k, at, overlap, read, tank) for k in range(2)]
+        return [through_edges(axis, k, at, overlap, read, tank) for k in range(2)]
 
     def through(
         shift: float, wider: float, more_pa: float = 0.0, at: Array = place
@@ -196,6 +199,12 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     missing = supplied + drained + seeps + oil.internal_leakage_m3_s_pa * across
     widened = rise * (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)
     missing = missing - swept - compressed - widened
+    by_reading = (over[0] + over[1] - supplied - drained) / READING_STEP_PA
+    stiffer = p.clip(0.0) + READING_STEP_PA
+    dissolves = (free_share(p.clip(0.0)) - free_share(stiffer)) / READING_STEP_PA
+    softness = 1.0 / oil.bulk_modulus_pa + oil.entrained_air * dissolves
+    takes = volume * softness + (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)
+    quickens = np.gradient(rise, bins.time_s, axis=0)
     return Oil(
         pressure_pa=p,
         missing=missing,
@@ -209,7 +218,8 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         ),
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
         by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
-        by_reading=(over[0] + over[1] - supplied - drained) / READING_STEP_PA,
+        by_reading=by_reading,
+        by_lateness=takes * quickens - by_reading * rise,
         compressed=np.abs(compressed),
         void=np.clip(1.0 - (p - VOID_PA) / FULL_PA, 0.0, 1.0),
         by_deadband=-(wider[0] + wider[1] - supplied - drained) / STEP,
@@ -259,52 +269,6 @@ def _expected(valve: Valve, more: float = 0.0) -> Valve:
     return valve.model_copy(update={"hysteresis": half_width})
 
 
-def _valve(
-    axis: Axis,
-    chamber: int,
-    place: Array,
-    deadband: float,
-    pressures: tuple[Array, ...],
-    tank: float,
-) -> tuple[Array, Array]:
-    """Flow into a chamber (0: A, 1: B) from the supply and to the tank (negative), m3/s, sample by
-    sample.
-    """
-    valve, joint = axis.valve, axis.joint
-    own, supply = pressures[chamber], pressures[2]
-    way = 1.0 if chamber == 0 else -1.0
-    open_ = way * np.sign(place) * np.maximum(np.abs(place) - deadband, 0.0) / (1.0 - deadband)
-    unit = valve.rated_flow_m3_s(joint) / np.sqrt(valve.rated_drop_per_edge_pa)
-    names = ("edge_pa", "edge_at") if chamber == 0 else ("edge_pb", "edge_bt")
-    fed = unit * getattr(valve, names[0]) * np.maximum(open_, 0.0) * root(supply - own)
-    drained = unit * getattr(valve, names[1]) * np.minimum(open_, 0.0) * root(own - tank)
-    held = valve.holding_a if chamber == 0 else valve.holding_b
-    if held != NO_HOLDING:
-        fed = np.maximum(fed, 0.0)
-        opening = valve.counterbalance_setting_pa, valve.counterbalance_pilot_ratio
-        drained = drained * _let_out(held, own - tank, pressures[1 - chamber] - tank, *opening)
-    return fed, drained
-
-
-@njit
-def _let_out(
-    kind: float, load_pa: Array, pilot_pa: Array, setting_pa: float, pilot_ratio: float
-) -> Array:
-    """(n,) shares of what the spool would let out that a load-holding valve lets through."""
-    shares = np.empty_like(load_pa)
-    for index in range(len(load_pa)):
-        shares[index] = outlet_share(kind, load_pa[index], pilot_pa[index], setting_pa, pilot_ratio)
-    return shares
-
-
-@njit
-def root(drop: Array) -> Array:
-    """Sqrt of a pressure drop with its sign, smooth through zero as the orifice is
-    (laws/orifice.py).
-    """
-    return drop / np.sqrt(np.sqrt(drop * drop + LAMINAR_DROP_PA * LAMINAR_DROP_PA))
-
-
 def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float]]:
     """(change (n, 2), standard deviation) of everything that a sound cylinder's oil and valve may
     differ by.
@@ -328,9 +292,14 @@ def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float
     yield oil.by_deadband, max(standard_deviation("axes.*.valve.deadband", valve.deadband), 0.006)
     yield oil.by_wide_deadband, CUT_OFF
     yield oil.by_hysteresis, 1.0
+    for k in range(2):
+        late = np.zeros_like(oil.missing)
+        late[:, k] = oil.by_lateness[:, k]
+        yield late, LATE_S
+    least = {"internal_leakage_m3_s_pa": scale.times("m3/(s Pa)") * SOUND_LEAK_M3_S_PA}
     for number, column in _by_oil(oil, axis).items():
-        value = getattr(declared, number)
-        yield column, _of_tolerance(standard_deviation, number, value)
+        sd = _of_tolerance(standard_deviation, number, getattr(declared, number))
+        yield column, max(sd, least.get(number, 0.0))
     for k in range(len(HOSE_TIMES_S)):
         yield (
             oil.by_hose[:, k],

@@ -11,6 +11,8 @@ from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.scenario.drawn import Tolerance, tolerances
 
 FILE = "workshop"
+LATE_S = 5.0e-3
+"""By how much pressures of any machine are late: lines, converters, seals that bend (E)."""
 
 
 def standard_deviation(number: str, drawing: float = 0.0, scale: Scale = ROBOCLIMBER) -> float:
