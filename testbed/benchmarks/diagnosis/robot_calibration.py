@@ -140,9 +140,9 @@ def fitted_width(trials: Sequence[Trial]) -> float:
     """
     off = [d for t in trials for d in distances(t)]
     stated = float(calibration_numbers()["width"])
-    return (
-        float(np.clip(stated * np.quantile(off, 0.9, method="lower"), 1.0, 4.0)) if off else stated
-    )
+    if not off:
+        return stated
+    return float(np.clip(stated * np.quantile(off, 0.9, method="lower"), 1.0, 4.0))
 
 
 def restated(trials: Sequence[Trial], numbers: Mapping[str, float]) -> list[Trial]:
