@@ -135,14 +135,15 @@ def _probability(trial: Trial, names: frozenset[str]) -> float:
 def fitted_width(trials: Sequence[Trial]) -> float:
     """By how much wider than the linear model says intervals must be, so that 90 % of those of
     effects that were named rightly hold the truth: from how far the truth lies from the value, in
-    half widths of the interval that was stated. Of few numbers the lower neighbour of that share
-    counts: a law that is biased is helped by no width.
+    half widths of the interval that was stated. What lies BIASED of them off tells of a law that
+    is biased, which no width helps.
     """
-    off = [d for t in trials for d in distances(t)]
+    off = [d for t in trials for d in distances(t) if d < BIASED]
     stated = float(calibration_numbers()["width"])
-    if not off:
-        return stated
-    return float(np.clip(stated * np.quantile(off, 0.9, method="lower"), 1.0, 4.0))
+    return float(np.clip(stated * np.quantile(off, 0.9), 1.0, 4.0)) if off else stated
+
+
+BIASED = 5.0
 
 
 def restated(trials: Sequence[Trial], numbers: Mapping[str, float]) -> list[Trial]:
