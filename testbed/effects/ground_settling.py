@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.signature import KNOT_S, RobotSeen, Signature, knots
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Values
 from testbed.machine.names import LEGS
+
+ENDS_S = (3.0, 8.0, 20.0, 60.0)
+"""Times under load at which the sinking may end."""
 
 
 class Settling(Effect):
@@ -26,18 +29,21 @@ class Settling(Effect):
     alike = {"leakage.internal": "a leak moves the encoder, a sinking foot does not"}
     hides = {"rate": "settling_m_s", "depth": "settling_depth_m"}
     lowest = 0.0
-    usual = 5.0e-3
+    usual = 1.0e-3
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
-        """How far the foot has sunk at times KNOT_S apart, straight lines between them."""
+        """How far the foot has sunk: at an even rate until each of ENDS_S, and no further."""
         leg = self.places.index(place)
-        ways = knots(seen.time_s)
-        return {f"{index}": seen.moves(leg, -way, 2) for index, way in enumerate(ways.T)}
+        return {
+            f"rate {end:g}": seen.moves(leg, -np.minimum(seen.time_s, end), 2) for end in ENDS_S
+        }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
-        """Depth: how far it has sunk at most; rate: of the quickest stretch."""
-        sunk = np.array([0.0, *linear.values()])
-        return {"rate": float(np.diff(sunk).max()) / KNOT_S, "depth": float(sunk.max())}
+        """Depth: where it ends, which a foot that still sinks does not tell; rate: while all of it
+        sinks.
+        """
+        rates = np.array(list(linear.values()))
+        return {"rate": float(rates.sum()), "depth": float(rates @ ENDS_S)}
 
 
 EFFECTS = (Settling(),)

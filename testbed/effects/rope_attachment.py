@@ -21,6 +21,7 @@ class RopeAttachment(Effect):
     telling_motion = "haul and pay out both ropes by a few kilonewtons while standing still"
     alike = {"rope.direction": "a wrong direction moves forces, a wrong height moments alone"}
     adds = {"height": "attachment_height_m"}
+    usual = 0.12  # far beyond a workshop's tolerance, as for the zeros of sensors
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """The same pull at another height."""

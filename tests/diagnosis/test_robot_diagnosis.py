@@ -24,6 +24,7 @@ from testbed.diagnosis.robot.probabilities import (
     calibration,
     distribution,
     leading,
+    sort_of,
     tempered,
 )
 from testbed.diagnosis.robot.rig import through_amplifier
@@ -155,9 +156,13 @@ def test_a_second_motion_is_scored_beside_what_was_said_without_it() -> None:
     assert found["without"]["share"] == 0.0 and found["with"]["share"] == 1.0
 
 
-def test_what_sound_machines_reach_counts_for_nothing() -> None:
+def test_what_sound_machines_reach_counts_for_nothing_at_joints_of_the_sort() -> None:
     trials = [run_trial(k, [], [], 12.0 + 0.1 * k) for k in range(20)]
-    assert 13.0 < fit(trials)["sound"]["sensor.gain_a"] < 14.0
+    sound = fit(trials)["sound"]
+    assert 13.0 < sound[sort_of(GAIN[0])] < 14.0
+    joint = GAIN[0].rpartition("_")[2]
+    assert {k for k in sound if k.startswith("sensor.gain_a")} == {f"sensor.gain_a@{joint}"}
+    assert sort_of("rope.direction@rope_left") == "rope.direction"
 
 
 def test_kept_trials_are_read_by_the_harness(tmp_path: Path) -> None:

@@ -13,8 +13,8 @@ import pytest
 from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal, norm
 
-from testbed.diagnosis.robot.evidence import RECALLED, RawGroup
-from testbed.diagnosis.robot.hypotheses import Ledger, log_above
+from testbed.diagnosis.robot.evidence import PIECE_S, RECALLED, RawGroup
+from testbed.diagnosis.robot.hypotheses import MATTERS, Hypothesis, Ledger, log_gained
 from testbed.diagnosis.robot.probabilities import (
     NO_NAME,
     RobotSigns,
@@ -24,7 +24,7 @@ from testbed.diagnosis.robot.probabilities import (
 )
 from testbed.effects import by_name
 from testbed.effects.signature import Change
-from tests.diagnosis.ledgers import ledger_of
+from tests.diagnosis.ledgers import ledger_of, ledger_of_numbers
 
 LEFT, RIGHT = "sensor.gain_a@fl_vertical", "sensor.gain_a@fr_vertical"
 
@@ -45,6 +45,13 @@ def group(missing: np.ndarray, seed: int = 0) -> RawGroup:
     )
 
 
+def beyond(found: Hypothesis) -> float:
+    """What the evidence of a gain gains by being one that matters."""
+    expected = by_name("sensor.gain_a").spread("gain_error")
+    spread = float(np.sqrt(found.covariance[0, 0]))
+    return log_gained(found.mean[0] / expected, spread / expected, MATTERS, -math.inf)
+
+
 def test_evidence_is_the_ratio_of_two_gaussian_densities() -> None:
     rng = np.random.default_rng(1)
     missing = rng.normal(size=30)
@@ -58,7 +65,7 @@ def test_evidence_is_the_ratio_of_two_gaussian_densities() -> None:
     exact = multivariate_normal.logpdf(
         missing, zero, sound + np.outer(column, column)
     ) - multivariate_normal.logpdf(missing, zero, sound)
-    assert found.log_factor == pytest.approx(float(exact), rel=1e-8)
+    assert found.log_factor - beyond(found) == pytest.approx(float(exact), rel=1e-8)
 
 
 def test_an_earlier_recording_counts_as_if_both_were_judged_as_one() -> None:
@@ -75,7 +82,7 @@ def test_an_earlier_recording_counts_as_if_both_were_judged_as_one() -> None:
     exact = multivariate_normal.logpdf(
         missing, np.zeros(60), both + np.outer(later, later)
     ) - multivariate_normal.logpdf(missing, np.zeros(60), both)
-    assert found.log_factor == pytest.approx(float(exact), rel=1e-8)
+    assert found.log_factor - beyond(found) == pytest.approx(float(exact), rel=1e-8)
 
 
 def test_several_names_that_are_alike_are_together_no_sound_machine() -> None:
@@ -115,8 +122,8 @@ def test_what_one_part_alone_shows_foretells_nothing() -> None:
     """
     column = 40.0 * group(np.zeros(30)).rows_of(Change(force={2: np.ones(1)}))
     jump = np.where(np.arange(30) // 2 == 12, 3.0 * column, 0.0)
-    there = ledger_of({"forces": group(column)}, (LEFT,), spread=50.0)
-    once = ledger_of({"forces": group(jump)}, (LEFT,), spread=50.0)
+    there = ledger_of({"forces": group(column)}, (LEFT,), spread=10.0)
+    once = ledger_of({"forces": group(jump)}, (LEFT,), spread=10.0)
     assert there.foreseen((LEFT,)) > 0.9 * there.hypothesis((LEFT,)).log_factor
     assert once.hypothesis((LEFT,)).log_factor > 10.0 > 0.0 > once.foreseen((LEFT,))
     assert once.best()[0].log_factor == pytest.approx(once.foreseen((LEFT,)))
@@ -125,7 +132,67 @@ def test_what_one_part_alone_shows_foretells_nothing() -> None:
 
 @pytest.mark.parametrize("sure", [-3.0, 0.0, 2.0])
 def test_a_number_that_cannot_be_negative_counts_by_its_positive_share(sure: float) -> None:
-    assert log_above(sure) == pytest.approx(math.log(float(norm.cdf(sure))))
+    gained = log_gained(0.1 * sure, 0.1, matters=0.0, least=0.0)
+    assert gained == pytest.approx(math.log(2.0 * float(norm.cdf(sure))))
+
+
+def test_a_number_that_is_surely_small_is_none_that_matters() -> None:
+    """However sure it is, a third of a third of what is expected is no effect; a whole one is."""
+    before = 2.0 * float(norm.sf(MATTERS))
+    assert log_gained(MATTERS / 3.0, 0.02, MATTERS, -math.inf) < -40.0
+    large = log_gained(1.0, 0.02, MATTERS, -math.inf)
+    assert large == pytest.approx(-math.log(before))
+    one_side = log_gained(-1.0, 0.5, MATTERS, least=0.0)
+    assert one_side == pytest.approx(
+        math.log(float(norm.sf(MATTERS + 1.0, scale=0.5)) / before * 2)
+    )
+
+
+@pytest.mark.parametrize(("mean", "spread"), [(-0.6, 0.1), (0.5, 0.3), (-2.0, 0.2)])
+def test_a_number_lies_above_what_is_least_and_beyond_what_matters(
+    mean: float, spread: float
+) -> None:
+    """As little as -1, as little as a third either way: by the normal distribution's shares."""
+    now, before = (
+        float(d.sf(MATTERS) + d.cdf(-MATTERS) - d.cdf(-1.0))
+        for d in (norm(mean, spread), norm(0.0, 1.0))
+    )
+    gained = log_gained(mean, spread, MATTERS, least=-1.0)
+    assert gained == pytest.approx(math.log(now / before), rel=1e-6)
+
+
+def test_a_number_that_would_be_negative_is_held_at_nothing() -> None:
+    """Ways that a foot sinks by: what one shows backwards is not evidence for sinking."""
+    rng = np.random.default_rng(5)
+    ways = rng.normal(size=(40, 2))
+    raw = RawGroup(
+        missing=ways @ np.array([20.0, -20.0]) + rng.normal(size=40),
+        time_s=np.arange(40.0),
+        noise=np.eye(40),
+        tolerated=np.zeros((40, 1)),
+        rows_of=lambda change: ways @ change.force[0],
+    )
+    ledger = ledger_of_numbers(raw, "ground.settling@foot_fl", np.eye(2))
+    found = ledger.hypothesis(("ground.settling@foot_fl",))
+    assert found.mean[1] == 0.0 < found.mean[0] and np.all(np.diag(found.covariance) > 0.0)
+    backwards = ledger.were(("ground.settling@foot_fl",), np.array([0.0, -20.0]))
+    assert backwards.hypothesis(("ground.settling@foot_fl",)).log_factor < 0.0
+
+
+def test_a_course_in_time_need_not_foretell_what_is_kept_back() -> None:
+    """A foot that slips once has slipped, though no other part of the recording shows it."""
+    jump = np.where(np.arange(40) // 5 == 6, 30.0, 0.0)
+    raw = RawGroup(
+        missing=jump,
+        time_s=np.repeat(np.arange(0.0, 8.0 * PIECE_S, PIECE_S), 5),
+        noise=np.eye(40),
+        tolerated=np.zeros((40, 1)),
+        rows_of=lambda change: np.repeat(change.force[0], 5),
+    )
+    name = "ground.friction@foot_fl"
+    ledger = ledger_of_numbers(raw, name, np.eye(8))
+    assert ledger.foreseen((name,)) <= 0.0 < ledger.hypothesis((name,)).log_factor
+    assert ledger.best()[0].log_factor == ledger.hypothesis((name,)).log_factor
 
 
 def signs(one: float, rival: float, nothing: float) -> RobotSigns:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 import pytest
 
 from testbed.diagnosis.robot.bins import Frame, bins_of
-from testbed.diagnosis.robot.oil import Oil, oil_of
+from testbed.diagnosis.robot.oil import SEEPS_M3_S, Oil, expected, oil_of, tolerated
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES
+from testbed.machine.scale import ROBOCLIMBER
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
@@ -66,3 +69,18 @@ def test_a_counterbalance_valve_lets_out_what_own_and_other_pressure_open_it_for
     checked = held_still(-0.3)
     assert held.to_tank[:, 0] == pytest.approx(share * checked.to_tank[:, 0])
     assert np.all(checked.to_tank[:, 0] < 0.0)
+
+
+def test_sound_machines_have_the_air_of_workshops_not_of_the_drawing() -> None:
+    """Half to two and a half times what is drawn: half of it more in the mean."""
+    oil, axis = held_still(0.0), build_machine().axes[AXES[0]]
+    nothing, one = np.zeros_like(oil.missing), np.ones_like(oil.missing)
+    airy = replace(oil, by_air=one, by_leak=nothing, by_softness=nothing)
+    np.testing.assert_allclose(expected(airy, axis), 0.5 * axis.oil.entrained_air)
+
+
+def test_a_little_may_seep_into_either_chamber_of_a_sound_machine() -> None:
+    oil, axis = held_still(0.0), build_machine().axes[AXES[0]]
+    alike = [c * sd for c, sd in tolerated(oil, axis, ROBOCLIMBER) if sd == SEEPS_M3_S]
+    assert [column.any(axis=0).tolist() for column in alike] == [[True, False], [False, True]]
+    assert all(column.max() == SEEPS_M3_S for column in alike)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from testbed.diagnosis.robot import forces
+from testbed.diagnosis.robot import feet, forces
 from testbed.diagnosis.robot.balance import EVERY, BodyBalance, OtherSigns, balance_of
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.hauling import Hauling
@@ -20,6 +20,7 @@ from testbed.diagnosis.robot.supply import supply_of
 from testbed.effects import by_name
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES
+from testbed.machine.scale import ROBOCLIMBER
 from testbed.robot.model import Payload, RobotModel
 from testbed.robot.robot import Robot
 
@@ -185,3 +186,37 @@ def test_parameters_come_back_from_the_numbers_of_the_signature(
     effect = by_name(name)
     back = effect.from_linear(effect.to_linear(numbers), sound().seen, effect.places[0])
     assert back == pytest.approx(numbers)
+
+
+def test_a_foot_sinks_at_an_even_rate_to_a_depth() -> None:
+    """What its two ways make together comes back as rate and depth."""
+    effect = by_name("ground.settling")
+    seen = sound().seen
+    signature = effect.signature(seen, "foot_rl")
+    for change in signature.values():
+        assert change.feet is not None
+        off_slope = np.einsum("nj,nj->n", change.feet[:, 2], seen.slope_frame[:, 2])
+        assert np.all(np.diff(off_slope) <= 1e-12) and np.all(off_slope[1:] < 0.0)
+        assert not change.feet[:, [0, 1, 3]].any()
+    rates = dict.fromkeys(signature, 0.0) | {next(iter(signature)): 0.002}
+    assert effect.from_linear(rates, seen, "foot_rl") == pytest.approx(
+        {"rate": 0.002, "depth": 0.006}
+    )
+
+
+def test_a_foot_that_is_unloaded_without_being_lifted_stays_where_it_is() -> None:
+    body = sound()
+    bins = bins_of(recorded(), robot())
+    loads = np.full_like(body.foot_force, 0.0)
+    loads[:, :, 2] = 6000.0
+    loads[8:14, 1, 2] = 100.0
+    carrying = np.ones((bins.count, 4))
+    still = feet.standing_of(
+        replace(body, foot_force=loads), replace(bins, carrying=carrying), ROBOCLIMBER
+    )
+    assert set(still.phase[still.legs == 1]) == set(still.phase[still.legs == 0])
+    carrying[9:13, 1] = 0.0
+    lifted = feet.standing_of(
+        replace(body, foot_force=loads), replace(bins, carrying=carrying), ROBOCLIMBER
+    )
+    assert len(set(lifted.phase[lifted.legs == 1])) == 2

@@ -35,9 +35,9 @@ from testbed.diagnosis.robot.probabilities import (
     chances,
     distribution,
     leading,
+    sort_of,
 )
 from testbed.diagnosis.robot.probabilities import calibration as calibration_numbers
-from testbed.effects import kind_of
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.files import check_file, write_text
 from testbed.formats.yaml_files import yaml_text
@@ -58,7 +58,7 @@ START: dict[str, float] = {
 }
 """Where the fit starts and what the ridge holds it to, in logarithms (E)."""
 SOUND_SHARE = 0.93
-"""Evidence counts from what its kind of effect reaches in so many runs of sound machines, in the
+"""Evidence counts from what its sort of effect reaches in so many runs of sound machines, in the
 motion in which it reaches most (E).
 """
 SOUND = "clean"
@@ -98,23 +98,23 @@ def _rows(weighed: Weighed, truth: frozenset[str]) -> Flags:
 
 
 def sound_reach(runs: Sequence[RobotSigns]) -> dict[str, float]:
-    """Kind of effect -> ln of the Bayes factor that its best place reaches in SOUND_SHARE of the
-    runs of sound machines, where that is above nothing.
+    """Sort of effect (`sort_of`) -> ln of the Bayes factor that its best place reaches in
+    SOUND_SHARE of the runs of sound machines, where that is above nothing.
     """
     best: dict[str, list[float]] = {}
     for signs in runs:
         here: dict[str, float] = {}
         for names, factor in signs.sets:
             if len(names) == 1:
-                kind = kind_of(names[0])
-                here[kind] = max(here.get(kind, 0.0), factor)
-        for kind, factor in here.items():
-            best.setdefault(kind, []).append(factor)
+                sort = sort_of(names[0])
+                here[sort] = max(here.get(sort, 0.0), factor)
+        for sort, factor in here.items():
+            best.setdefault(sort, []).append(factor)
     out = {}
-    for kind, found in sorted(best.items()):
+    for sort, found in sorted(best.items()):
         whole = np.array(found + [0.0] * (len(runs) - len(found)))
-        out[kind] = float(np.quantile(whole, SOUND_SHARE))
-    return {kind: reach for kind, reach in out.items() if reach > 0.0}
+        out[sort] = float(np.quantile(whole, SOUND_SHARE))
+    return {sort: reach for sort, reach in out.items() if reach > 0.0}
 
 
 def fitted_lapse(trials: Sequence[Trial], numbers: Numbers) -> float:
@@ -135,11 +135,15 @@ def _probability(trial: Trial, names: frozenset[str]) -> float:
 def fitted_width(trials: Sequence[Trial]) -> float:
     """By how much wider than the linear model says intervals must be, so that 90 % of those of
     effects that were named rightly hold the truth: from how far the truth lies from the value, in
-    half widths of the interval that was stated.
+    half widths of the interval that was stated. What lies BIASED of them off tells of a law that
+    is biased, which no width helps.
     """
-    off = [d for t in trials for d in distances(t)]
+    off = [d for t in trials for d in distances(t) if d < BIASED]
     stated = float(calibration_numbers()["width"])
     return float(np.clip(stated * np.quantile(off, 0.9), 1.0, 4.0)) if off else stated
+
+
+BIASED = 5.0
 
 
 def restated(trials: Sequence[Trial], numbers: Mapping[str, float]) -> list[Trial]:

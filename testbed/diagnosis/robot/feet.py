@@ -22,7 +22,10 @@ from testbed.machine.names import AXES, LEGS
 from testbed.machine.scale import Scale
 
 Array = npt.NDArray[np.float64]
-ALL_ALONG = 0.99
+ALL_ALONG, MEANT = 0.99, 0.01
+"""A foot carries all along a bin from the first share on; below the second it is lifted, and stands
+at another place afterwards. One that is unloaded without being lifted stays where it is.
+"""
 EVERY = 3
 """Every third bin: places change slowly."""
 WHITE_M, SLOW_M, SLOW_S = 1.0e-4, 2.0e-4, 5.0
@@ -89,7 +92,8 @@ def standing_of(balance: BodyBalance, bins: Bins, scale: Scale) -> Standing:
     some = stands.copy()
     some[np.arange(bins.count) % EVERY != 0] = False
     k, leg = np.nonzero(some)
-    phases = np.cumsum(np.diff(stands.astype(int), axis=0, prepend=0) > 0, axis=0)
+    meant = bins.carrying > MEANT
+    phases = np.cumsum(np.diff(meant.astype(int), axis=0, prepend=0) > 0, axis=0)
     rows, legs, axes = (np.repeat(k, 3), np.repeat(leg, 3), np.tile(np.arange(3), len(k)))
     place = in_slope(balance, balance.seen.foot_m)
     missing = place[rows, legs, axes]

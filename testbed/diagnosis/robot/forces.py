@@ -52,6 +52,10 @@ HELD_THRUST = 0.8
 """Share of the thrust that stuck vertical cylinders may take up by friction, until they break away
 (E).
 """
+LEFT_ALIKE = 0.3
+"""Share of dry friction that the seals of all vertical cylinders hold alike while they rest (B:
+from 0.1 to 0.5 of sound machines while they drill).
+"""
 HELD_ALIKE, HELD_EACH = 2.0, 0.5
 """Stiffness of a stuck seal over that of its oil column, common and each one's own: up to three
 (B).
@@ -301,7 +305,9 @@ def lasting_of(balance: BodyBalance, known: ForceNoise) -> Array:
     age = friction_age(seen, share, dry, known)[bins]
     stuck = balance.by_force[bins, rows] * ((1.0 - share) * dry)[bins]
     out = np.zeros((len(rows), len(rows)))
-    for since, held in zip(age.T, known.rest_share * stuck.T, strict=True):
+    each = list(zip(age.T, known.rest_share * stuck.T, strict=True))
+    alike = (age[:, VERTICAL].mean(axis=1), LEFT_ALIKE * stuck[:, VERTICAL].sum(axis=1))
+    for since, held in [*each, alike]:
         out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(held, held)
     return out + _held_alike(seen, bins, known.alike_share * stuck, known.alike_s)
 

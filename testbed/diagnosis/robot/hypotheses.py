@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import log_ndtr
 
 from testbed.diagnosis.robot.evidence import PIECE_S
 from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances
@@ -26,6 +27,14 @@ SEEDS = 8
 PARTS = 4
 """Of so many parts of a recording each must be foretold from the others; they take turns, piece by
 piece, so that each of them has a bit of all that moved.
+"""
+MATTERS = 1.0 / 3.0
+"""An effect of a single number is at least this share of what it may be expected to be: a smaller
+one is none that anybody would look for, and models are wrong by as much (E).
+"""
+SURELY_BELOW = 1.0
+"""A number that cannot be negative and seems to be, by so many standard deviations, is held at 0
+where its effect has others.
 """
 KEPT = 60
 """Of all hypotheses so many of the best are told."""
@@ -59,9 +68,11 @@ class Ledger:
             for n, first, last in zip(self.names, ends[:-1], ends[1:], strict=True)
         }
         effects = {n: balances.candidates[n].effect for n in self.names}
-        self._least = np.concatenate([balances.candidates[n].least for n in self.names])
+        self._matters = np.repeat([MATTERS if size == 1 else 0.0 for size in sizes], sizes)
         self._price = {n: math.log(e.looked_for) for n, e in effects.items()}
         self._width = np.concatenate([balances.candidates[n].spreads for n in self.names])
+        least = np.concatenate([balances.candidates[n].least for n in self.names])
+        self._least = least / self._width
         whole = int(ends[-1])
         self._part_gradient = np.zeros((PARTS, whole))
         self._part_information = np.zeros((PARTS, whole, whole))
@@ -85,24 +96,45 @@ class Ledger:
             return Hypothesis((), 0.0, np.zeros(0), np.zeros((0, 0)))
         index = self._index(names)
         scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
-        gradient, width = self.gradient[index], self._width[index]
-        inverse: Array = np.asarray(np.linalg.inv(scaled), dtype=np.float64)
-        size = np.linalg.slogdet(scaled)[1]
+        free = self._free(scaled, index)
+        inside, gradient = scaled[np.ix_(free, free)], self.gradient[index[free]]
+        inverse: Array = np.asarray(np.linalg.inv(inside), dtype=np.float64)
+        size = np.linalg.slogdet(inside)[1]
         factor = 0.5 * float(gradient @ inverse @ gradient) - 0.5 * float(size)
-        mean = np.asarray(inverse @ gradient, dtype=np.float64)
-        least = self._least[index] / width
-        sure = (mean - least) / np.sqrt(np.diag(inverse))
-        bounded = np.flatnonzero(np.isfinite(least))
-        factor += sum(log_above(sure[k]) - log_above(-least[k]) for k in bounded)
+        mean, covariance = np.zeros(len(index)), np.diag(1.0 / np.diag(scaled))
+        mean[free], covariance[np.ix_(free, free)] = inverse @ gradient, inverse
+        spread, matters, least = (
+            np.sqrt(np.diag(covariance)),
+            self._matters[index],
+            self._least[index],
+        )
+        for k in np.flatnonzero(free & (np.isfinite(least) | (matters > 0.0))):
+            factor += log_gained(mean[k], spread[k], matters[k], least[k])
         factor -= sum(self._price[n] for n in names)
-        whole = inverse * np.outer(width, width)
+        width = self._width[index]
+        whole = covariance * np.outer(width, width)
         return Hypothesis(names, factor, width * mean, whole, self._apart(names))
+
+    def _free(self, scaled: Array, index: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        """(k,) which of a set's numbers are not held at 0, below which they cannot be."""
+        free, positive = np.ones(len(index), dtype=bool), self._least[index] == 0.0
+        while positive.any():
+            inverse = np.linalg.inv(scaled[np.ix_(free, free)])
+            sure = np.zeros(len(index))
+            sure[free] = (inverse @ self.gradient[index[free]]) / np.sqrt(np.diag(inverse))
+            worst = int(np.argmin(np.where(positive, sure, 0.0)))
+            if not positive[worst] or sure[worst] >= -SURELY_BELOW or free.sum() == 1:
+                break
+            free[worst] = False
+        return free
 
     def foreseen(self, names: tuple[str, ...]) -> float:
         """By how much a set predicts each part of the recording, its numbers learnt from the other
         parts alone, better than a sound machine does: ln of the ratio of likelihoods.
         """
         index = self._index(names)
+        scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
+        index = index[self._free(scaled, index)]
         whole = self._information[np.ix_(index, index)] + np.eye(len(index))
         total = 0.0
         for k in range(PARTS):
@@ -188,9 +220,22 @@ def _parts(time_s: Array) -> npt.NDArray[np.intp]:
     return np.asarray((time_s - time_s.min()) // PIECE_S % PARTS, dtype=np.intp)
 
 
-def log_above(sure: float) -> float:
-    """Ln of the probability that a number lies above a bound that its mean lies `sure` standard
-    deviations above: how evidence fares whose number must not be less.
+def log_gained(mean: float, spread: float, matters: float, least: float) -> float:
+    """What the evidence of a number gains or loses by where it must lie.
+
+    The number, in its expected sizes, is known to be `mean` +- `spread`; what is named is above
+    `least` and, on either side, as large as `matters`: ln of the probability of that, by what it
+    was before.
     """
-    above = 0.5 * math.erfc(-sure / math.sqrt(2.0))
-    return math.log(above) if above > 0.0 else -0.5 * sure**2
+    return _log_within(mean, spread, matters, least) - _log_within(0.0, 1.0, matters, least)
+
+
+def _log_within(mean: float, spread: float, matters: float, least: float) -> float:
+    above = float(log_ndtr((mean - max(matters, least)) / spread))
+    if least >= -matters:
+        return above
+    below = float(log_ndtr((-matters - mean) / spread))
+    beyond = float(log_ndtr((least - mean) / spread))
+    if beyond < below:
+        above = float(np.logaddexp(above, below + math.log1p(-math.exp(beyond - below))))
+    return above

@@ -9,23 +9,22 @@ is a mean of samples.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from testbed.compiled import njit
 from testbed.diagnosis.robot.bins import Bins, Frame
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.places import play, played, rounded, rounding, swept
 from testbed.diagnosis.robot.rig import through_amplifier
 from testbed.diagnosis.robot.tolerances import LATE_S, middle, standard_deviation
+from testbed.diagnosis.robot.valve_edges import through_edges
 from testbed.effects.hydraulics_air import free_share
 from testbed.effects.hydraulics_hose import HOSE_TIMES_S, hose_flow_m3_s
 from testbed.estimation.leg.flow import spool
-from testbed.laws.holding import NO_HOLDING, outlet_share
-from testbed.laws.orifice import LAMINAR_DROP_PA
+from testbed.laws.holding import NO_HOLDING
 from testbed.machine.groups import Valve
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
@@ -47,6 +46,8 @@ CUT_OFF = 0.003
 """An overlap that is wider than declared within its tolerance cuts small openings off as a wide one
 does (B).
 """
+SEEPS_M3_S = 7.0e-7
+"""What seeps through a valve whose spool lies at the edge of its overlap (E)."""
 SPOOL_OFF = 0.002
 """The spool's place is known to this share of its travel: play, amplifier (E)."""
 PRESSURE_OFF_PA = 1.5e5
@@ -153,7 +154,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     def of_samples(at: Array, wider: float, more_pa: float) -> list[tuple[Array, Array]]:
         overlap = axis.valve.deadband + wider
         read = (samples[0] + more_pa, samples[1] + more_pa, supply)
-        return [_valve(axis, k, at, overlap, read, tank) for k in range(2)]
+        return [through_edges(axis, k, at, overlap, read, tank) for k in range(2)]
 
     def through(
         shift: float, wider: float, more_pa: float = 0.0, at: Array = place
@@ -268,52 +269,6 @@ def _expected(valve: Valve, more: float = 0.0) -> Valve:
     return valve.model_copy(update={"hysteresis": half_width})
 
 
-def _valve(
-    axis: Axis,
-    chamber: int,
-    place: Array,
-    deadband: float,
-    pressures: tuple[Array, ...],
-    tank: float,
-) -> tuple[Array, Array]:
-    """Flow into a chamber (0: A, 1: B) from the supply and to the tank (negative), m3/s, sample by
-    sample.
-    """
-    valve, joint = axis.valve, axis.joint
-    own, supply = pressures[chamber], pressures[2]
-    way = 1.0 if chamber == 0 else -1.0
-    open_ = way * np.sign(place) * np.maximum(np.abs(place) - deadband, 0.0) / (1.0 - deadband)
-    unit = valve.rated_flow_m3_s(joint) / np.sqrt(valve.rated_drop_per_edge_pa)
-    names = ("edge_pa", "edge_at") if chamber == 0 else ("edge_pb", "edge_bt")
-    fed = unit * getattr(valve, names[0]) * np.maximum(open_, 0.0) * root(supply - own)
-    drained = unit * getattr(valve, names[1]) * np.minimum(open_, 0.0) * root(own - tank)
-    held = valve.holding_a if chamber == 0 else valve.holding_b
-    if held != NO_HOLDING:
-        fed = np.maximum(fed, 0.0)
-        opening = valve.counterbalance_setting_pa, valve.counterbalance_pilot_ratio
-        drained = drained * _let_out(held, own - tank, pressures[1 - chamber] - tank, *opening)
-    return fed, drained
-
-
-@njit
-def _let_out(
-    kind: float, load_pa: Array, pilot_pa: Array, setting_pa: float, pilot_ratio: float
-) -> Array:
-    """(n,) shares of what the spool would let out that a load-holding valve lets through."""
-    shares = np.empty_like(load_pa)
-    for index in range(len(load_pa)):
-        shares[index] = outlet_share(kind, load_pa[index], pilot_pa[index], setting_pa, pilot_ratio)
-    return shares
-
-
-@njit
-def root(drop: Array) -> Array:
-    """Sqrt of a pressure drop with its sign, smooth through zero as the orifice is
-    (laws/orifice.py).
-    """
-    return drop / np.sqrt(np.sqrt(drop * drop + LAMINAR_DROP_PA * LAMINAR_DROP_PA))
-
-
 def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float]]:
     """(change (n, 2), standard deviation) of everything that a sound cylinder's oil and valve may
     differ by.
@@ -324,6 +279,7 @@ def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float
         alone[k] = 1.0
         yield oil.from_supply * alone, 0.1
         yield oil.to_tank * alone, 0.1
+        yield np.tile(alone, (len(oil.missing), 1)), scale.times("m3/s") * SEEPS_M3_S
         for edge, name in enumerate((("pa", "at"), ("pb", "bt"))[k]):
             column = np.zeros_like(oil.missing)
             column[:, k] = oil.by_edge_leak[:, k, edge]
@@ -336,23 +292,44 @@ def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float
     yield oil.by_deadband, max(standard_deviation("axes.*.valve.deadband", valve.deadband), 0.006)
     yield oil.by_wide_deadband, CUT_OFF
     yield oil.by_hysteresis, 1.0
-    sealed = "internal_leakage_m3_s_pa"
-    sd = standard_deviation(f"axes.*.oil.{sealed}", getattr(declared, sealed))
-    yield oil.by_leak, max(sd, scale.times("m3/(s Pa)") * SOUND_LEAK_M3_S_PA)
     for k in range(2):
         late = np.zeros_like(oil.missing)
         late[:, k] = oil.by_lateness[:, k]
         yield late, LATE_S
-    for number, column in (
-        ("bulk_modulus_pa", -oil.by_softness / declared.bulk_modulus_pa**2),
-        ("entrained_air", oil.by_air),
-    ):
-        yield column, standard_deviation(f"oil.{number}", getattr(declared, number))
+    least = {"internal_leakage_m3_s_pa": scale.times("m3/(s Pa)") * SOUND_LEAK_M3_S_PA}
+    for number, column in _by_oil(oil, axis).items():
+        sd = _of_tolerance(standard_deviation, number, getattr(declared, number))
+        yield column, max(sd, least.get(number, 0.0))
     for k in range(len(HOSE_TIMES_S)):
         yield (
             oil.by_hose[:, k],
             max(declared.hose_capacity_m3_pa, scale.times("m3/Pa") * HOSE_M3_PA),
         )
+
+
+def _by_oil(oil: Oil, axis: Axis) -> dict[str, Array]:
+    """What the balance misses by one unit more of each of the oil's numbers."""
+    softer = -oil.by_softness / axis.oil.bulk_modulus_pa**2
+    return {
+        "internal_leakage_m3_s_pa": oil.by_leak,
+        "bulk_modulus_pa": softer,
+        "entrained_air": oil.by_air,
+    }
+
+
+def _of_tolerance(asked: Callable[[str, float], float], number: str, value: float) -> float:
+    """What is asked of the tolerance of a number of the oil, each cylinder's or all cylinders'."""
+    each, alike = f"axes.*.oil.{number}", f"oil.{number}"
+    return asked(each if standard_deviation(each, value) > 0.0 else alike, value)
+
+
+def expected(oil: Oil, axis: Axis) -> Array:
+    """(n, 2) what is missing in the mean of sound machines: they do not lie about the drawing."""
+    out = np.zeros_like(oil.missing)
+    for number, column in _by_oil(oil, axis).items():
+        value = getattr(axis.oil, number)
+        out += (_of_tolerance(middle, number, value) - value) * column
+    return out
 
 
 def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
@@ -361,7 +338,7 @@ def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
     columns = [sd * c.T.ravel() for c, sd in tolerated(oil, axis, machine.scale) if sd > 0.0]
     playing = swept(oil.swept_m2, played(oil.play_m, time_s))
     return RawGroup(
-        missing=oil.missing.T.ravel(),
+        missing=(oil.missing - expected(oil, axis)).T.ravel(),
         time_s=np.tile(time_s, 2),
         noise=noise_of(oil, time_s, machine.scale.times("m3/s")) + playing,
         lasting=playing,

@@ -17,14 +17,14 @@ explains but a share `form` of what the first one does: at one place (`form_here
 looks like one. Probabilities go as exp(score). The sets of names divide theirs as
 exp(share_named lead + second): beside each other signatures are wrong by more than a sound machine
 is. A kind of effect is as likely as another, so one that has many places is less likely at each.
-What sound machines reach (`sound`) is known for each kind: some signatures look like what the model
-itself is wrong about, others like nothing. What errors of any course at its places explain beyond a
-set and LAW of it counts against it (`rest`). Errors of any course in time fit what is wrong with
-the model itself, too: their evidence counts by less (share'). Sets that hold what no name covers,
-or a tolerance of any workshop far beyond its size, count as `unnamed`, and so does the share
-`lapse` of every name: so often a name that was said of runs with known answers was wrong or not
-alone, however much it explained. The numbers are in `calibration.yaml`; `testbed lab
-fit-robot-diagnosis` fits them.
+What sound machines reach (`sound`) is known for each kind and joint (`sort_of`): some signatures
+look like what the model itself is wrong about, others like nothing. What errors of any course at
+its places explain beyond a set and LAW of it counts against it (`rest`). Errors of any course in
+time fit what is wrong with the model itself, too: their evidence counts by less (share'). Sets that
+hold what no name covers, or a tolerance of any workshop far beyond its size, count as `unnamed`,
+and so does the share `lapse` of every name: so often a name that was said of runs with known
+answers was wrong or not alone, however much it explained. The numbers are in `calibration.yaml`;
+`testbed lab fit-robot-diagnosis` fits them.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.unexplained import UNNAMED, is_unexplained
 from testbed.effects import by_name, kind_of, place_of
+from testbed.machine.names import AXES
 
 FILE = Path(__file__).with_name("calibration.yaml")
 Array = npt.NDArray[np.float64]
@@ -113,7 +114,7 @@ class Weighed:
 
     @classmethod
     def of(cls, signs: RobotSigns, numbers: Mapping[str, Any]) -> Weighed:
-        """Beyond what the number `sound` has for each kind."""
+        """Beyond what the number `sound` has for each sort."""
         alone = {names[0]: factor for names, factor in signs.sets if len(names) == 1}
         rows = [
             _weighed(names, factor, alone, numbers["sound"], names in signs.apart)
@@ -159,7 +160,7 @@ def _weighed(
     apart: bool,
 ) -> tuple[float, ...]:
     """A row of Weighed."""
-    reach = {name: sound.get(kind_of(name), 0.0) for name in names}
+    reach = {name: sound.get(sort_of(name), 0.0) for name in names}
     two = len(names) == 2
     first = max(names, key=lambda name: alone.get(name, 0.0)) if two else names[0]
     strong = max(alone.get(first, 0.0), 0.0) if two else factor
@@ -175,6 +176,15 @@ def _weighed(
         any(is_unexplained(name) for name in names),
         sum(_ln_places(kind_of(name)) for name in names if not is_unexplained(name)),
     )
+
+
+@cache
+def sort_of(name: str) -> str:
+    """What sound machines reach is alike for: a kind of effect, at cylinders for each joint of a
+    leg apart.
+    """
+    place = place_of(name)
+    return f"{kind_of(name)}@{place.partition('_')[2]}" if place in AXES else kind_of(name)
 
 
 @cache
