@@ -159,6 +159,8 @@ def body_of(
     body["inertia"] = model.mass_matrix(model.limits.mean(axis=1))[3:6, 3:6]
     body["linkages"] = linkages.records
     body["foot_height"] = model.foot_positions_m(np.zeros(len(AXES)))[:, 2]
+    body["belly_height"] = machine.body.belly_height_m
+    body["belly"] = 0.5 * np.array(machine.body.belly_box_m[:2])
     body["rope_point"] = model.rope_attachments_m
     body["rope_direction"] = rope_directions_in_world
     body["pin_gain"] = 1.0
@@ -201,7 +203,7 @@ def _learnt(known: NDArray[Any], tuning: OwnTuning) -> NDArray[Any]:
 
 def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
     """How sure the estimate is of what, and what it decides by."""
-    body["every"], body["gravity"] = tuning.every, GRAVITY_M_S2
+    body["every"], body["gravity"], body["weight"] = tuning.every, GRAVITY_M_S2, weight_n
     body["sliding_keep"], body["rest_keep"] = tuning.sliding_keep_s, tuning.rest_keep_s
     body["balance_keep"] = tuning.body_keep_s
     body["rope_share"], body["drill_share"] = tuning.rope_share, tuning.drill_share

@@ -6,6 +6,7 @@ from testbed.estimation.filters import persistent
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import AxisBelief, AxisState, Decisions
 from testbed.estimation.live.shaken import Shaken
+from testbed.estimation.live.support import Support
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
@@ -55,6 +56,9 @@ class BodyBelief(Record):
     inertia = quantity("kg m2", "of the whole machine about the body's origin", per=(XYZ, XYZ))
     balance_sd = quantity("N", "expected error of the balance (moments N m)", per=fu.WRENCH)
     linkages = part(Linkage, "from joint to rod", per=AXES)
+    weight = quantity("N", "of the machine")
+    belly_height = quantity("m", "underside of the belly above the body's origin")
+    belly = quantity("m", "half its length and half its width", per=("x", "y"))
     foot_height = quantity("m", "underside of a foot above the origin, joints at 0", per=LEGS)
     rope_point = quantity("m", "where the ropes pull, body frame", per=(SIDES, XYZ))
     rope_direction = quantity("1", "towards the anchors, world frame", per=(SIDES, XYZ))
@@ -93,6 +97,7 @@ class BodyState(Record):
     started = quantity("1", "1 after the first balance, 2 after the first answer")
     in_air = quantity("s", "for how long a foot has been in the air", per=LEGS)
     filters = part(persistent.PersistentState, "of the foot loads", per=LEGS)
+    support = part(Support, "what carries the body that no sensor reads")
     shaken = part(Shaken, "fast changes of the loads")
     level = quantity("N", "filtered force along x and y", per=(LEGS, ("x", "y")))
     force_sd = quantity(

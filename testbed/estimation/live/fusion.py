@@ -173,6 +173,16 @@ def predict(fusion: Any) -> None:
 
 
 @njit
+def variance_of(fusion: Any, h: Any, r: float) -> float:
+    """Variance of an observation h . x with variance r of its own, by what is known now."""
+    for index in range(N):
+        if h[index] != 0.0:
+            for i in range(N):
+                r += h[index] * fusion.p[index, i] * h[i]
+    return r
+
+
+@njit
 def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) -> float:
     """Learn from h . x = y with variance r; beyond `gate` standard deviations r grows until it
     fits. Returns y - h . x over its standard deviation.

@@ -21,6 +21,7 @@ from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import Loads, step_axis
 from testbed.estimation.live.learnt import learnt, leg_variance, weigh_cylinder, weigh_leg
 from testbed.estimation.live.shaken import shake
+from testbed.estimation.live.support import carries
 from testbed.estimation.live.unilateral import hangs, learn_in_air, only_push
 from testbed.estimation.live.wrench import (
     View,
@@ -183,6 +184,8 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
         rows[r, fu.BALANCE + r] = 1.0
         variance[r] = body.force_variance if r < 3 else body.moment_variance
     variance[2] += (body.blow_share * row.ordered_thrust) ** 2
+    if carries(rows, wrench, variance[2], body, state):
+        return
     if slides:
         blame.look(rows, wrench, variance, state.fusion)
     for r in range(6):
