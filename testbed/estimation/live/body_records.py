@@ -24,6 +24,7 @@ class BodyBelief(Record):
     gravity = quantity("m/s2", "strength")
     sliding_keep = quantity("s", "for how long friction deviates while sliding")
     rest_keep = quantity("s", "the same at rest")
+    alike = quantity("1", "correlation of friction at rest between vertical cylinders")
     balance_keep = quantity("s", "for how long the balance's own error lasts")
     rope_share = quantity("1", "of the ropes' tensions, that the balance may be off by")
     known = quantity("N", "standard deviations of what is constant", per=fu.CONSTANTS)

@@ -60,6 +60,8 @@ def expect_sizes(row: Any, body: Any, state: Any) -> None:
         sizes.keep[index] = 0.0 if axis.changed != 0.0 else math.exp(-dt / keep_s)
         axis.changed = 0.0
         sizes.spread[index] = axis.spread
+        if index % 3 == 2:
+            sizes.alike[index // 3] = body.alike if axis.slides <= 0.0 else 0.0
         variance = body.known[fu.ZERO + index] ** 2 + (belief.thermal_sd * warm) ** 2
         sizes.zero_sd[index] = math.sqrt(variance)
         sizes.zero_grown[index] = (
