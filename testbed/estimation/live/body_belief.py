@@ -38,7 +38,8 @@ class OwnTuning:
     `friction_share`: sliding friction is known to this share; `rest_share`: one standard deviation
     of friction at rest, as a share of its set's half width, and `fresh_more` of it right after a
     stop, where load-holding valves keep the oil and friction settles (else EVEN); `rest_alike`: its
-    correlation between the feet, which the body's motion left and oil that leaks moves on alike; `*_keep_s`: for
+    correlation between feet that have rested for `alike_after_s`: oil that leaks moves it on the
+    same way at all of them; `*_keep_s`: for
     how long a deviation lasts (the balance's own shorter than friction's: else it takes what a
     stuck piston hides for an error of the weight); `told_share`: of the filter's standard
     deviation, what intervals are made of: deviations end where their sets do, so that large ones
@@ -75,6 +76,7 @@ class OwnTuning:
     sliding_keep_s: float = 0.5
     rest_keep_s: float = 0.3
     rest_alike: float = 0.5
+    alike_after_s: float = 30.0
     body_keep_s: float = 0.3
     weight_share: float = 0.005
     centre_sd_m: float = 0.01
@@ -207,7 +209,7 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
     """How sure the estimate is of what, and what it decides by."""
     body["every"], body["gravity"], body["weight"] = tuning.every, GRAVITY_M_S2, weight_n
     body["sliding_keep"], body["rest_keep"] = tuning.sliding_keep_s, tuning.rest_keep_s
-    body["alike"] = tuning.rest_alike
+    body["alike"], body["alike_after"] = tuning.rest_alike, tuning.alike_after_s
     body["balance_keep"] = tuning.body_keep_s
     body["rope_share"], body["drill_share"] = tuning.rope_share, tuning.drill_share
     body["blow_share"] = tuning.blow_share

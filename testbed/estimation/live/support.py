@@ -4,7 +4,7 @@ Feet, ropes and drill then do not add up to the weight: what the balance misses 
 far larger than all that is unsure together, and its line of action runs through the belly. (A
 sensor that lies leaves a force at its own foot, outside; blame.py looks for that.) While it is so
 the balance says nothing of the feet: nothing is learnt from it, and each foot is as unsure as its
-own cylinders leave it.
+own cylinders leave it; while it only seems so, nothing lasting is learnt.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ OPENS, CLOSES = 5.0, 2.0
 """Standard deviations of the missing force beyond which something else carries, and below which it
 no longer does (E).
 """
-CLOSES_S = 0.2
-"""For so long it must be below (E)."""
+TURNS_S = 0.2
+"""For so long it must be beyond, or below: longer than a foot takes to touch down (E)."""
 
 
 class Support(Record):
     """What is remembered."""
 
     carries = quantity("1", "1 while something else carries, else 0")
-    closed = quantity("s", "for how long it has seemed not to")
+    otherwise = quantity("s", "for how long that has seemed otherwise")
 
 
 @njit
@@ -43,17 +43,16 @@ def carries(rows: Any, wrench: Any, variance: float, body: Any, state: Any) -> b
     fusion, support, least = state.fusion, state.support, SHARE * body.weight
     lift = -left_over(fusion, rows[2], wrench[2])
     if support.carries == 0.0 and lift <= least:
+        support.otherwise = 0.0
         return False
     sd = math.sqrt(fu.variance_of(fusion, rows[2], variance))
     if support.carries == 0.0:
-        if lift > OPENS * sd and within_belly(fusion, rows, wrench, lift, body):
-            support.carries, support.closed = 1.0, 0.0
-    elif lift > max(CLOSES * sd, 0.0):
-        support.closed = 0.0
+        turns = lift > OPENS * sd and within_belly(fusion, rows, wrench, lift, body)
     else:
-        support.closed += body.every * body.decisions.dt
-        if support.closed >= CLOSES_S:
-            support.carries = 0.0
+        turns = lift <= CLOSES * sd
+    support.otherwise = support.otherwise + body.every * body.decisions.dt if turns else 0.0
+    if support.otherwise >= TURNS_S:
+        support.carries, support.otherwise = 1.0 - support.carries, 0.0
     return bool(support.carries != 0.0)
 
 
