@@ -163,7 +163,8 @@ def njit_over(loop: Any, step: Any) -> Any:
     """
     names = loop.__globals__ | {"step": step}
     bound = FunctionType(loop.__code__, names, loop.__name__)
-    bound.__qualname__ = f"{loop.__name__}_{step.__module__}".replace(".", "_")  # its files' names
+    name = f"{loop.__name__}_{step.__module__}_{step.__name__}"
+    bound.__qualname__ = name.replace(".", "_")  # its files' names
     return njit(bound, made_of=(_path_of(getattr(step, "py_func", step)),))
 
 

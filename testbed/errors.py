@@ -7,7 +7,9 @@ from __future__ import annotations
 import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 
 class InputError(Exception):
@@ -71,6 +73,19 @@ class UserCodeError(InputError):
     def __reduce__(self) -> tuple[object, ...]:
         """Cross to another process by what it says: what was raised may not be picklable."""
         return _said_again, (type(self), self.args, self.__dict__)
+
+
+def extra(package: str, name: str, instead: str = "", **place: Any) -> Any:
+    """A package of the extra `name`, which may not be installed.
+
+    Raises InputError, at that place (file, field), with the command that installs it, and with what
+    would do `instead`.
+    """
+    try:
+        return import_module(package)
+    except ImportError as error:
+        allowed = f"pip install 'roboclimber-testbed[{name}]'{instead}"
+        raise InputError(f"needs the extra `{name}`", allowed=allowed, **place) from error
 
 
 OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)

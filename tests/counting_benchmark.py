@@ -15,7 +15,7 @@ from typing import Any
 
 from testbed.benchmarks import harness
 from testbed.benchmarks.harness import Answers, Benchmark, run
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 
 @dataclass(frozen=True)

@@ -102,10 +102,10 @@ def test_a_change_of_what_it_does_not_import_compiles_nothing(package: Path) -> 
 
 def test_what_a_compiled_function_is_made_of_is_all_that_its_module_imports() -> None:
     """The text's imports against those that Python made, for the loop's heaviest module."""
-    from testbed.world import between
+    from testbed.world import compiled_step
 
-    found = compiled.sources_of(Path(between.__file__))
-    for name, value in vars(between).items():
+    found = compiled.sources_of(Path(compiled_step.__file__))
+    for name, value in vars(compiled_step).items():
         owner = sys.modules.get(getattr(value, "__module__", None) or "")
         if owner is not None and owner.__name__.startswith("testbed."):
             assert Path(owner.__file__ or "") in found, name

@@ -21,8 +21,8 @@ from testbed.benchmarks.marks import code, digest, sources
 from testbed.errors import InputError
 from testbed.formats.files import Lines, plain, write_json, write_text
 from testbed.formats.ownership import owned
-from testbed.report.progress import counting_progress
-from testbed.report.tables import Table, markdown
+from testbed.report.console import counting_progress
+from testbed.report.page import Table, markdown
 from testbed.simulation.workers import Workers, work_through
 
 CaseT = TypeVar("CaseT")

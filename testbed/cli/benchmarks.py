@@ -5,14 +5,11 @@ harness does the rest.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from testbed.cli.options import Jobs, Json, Results
-
-if TYPE_CHECKING:
-    from testbed.benchmarks.harness import Benchmark
+from testbed.cli.options import Json, Work, spread
 
 Drawn = Annotated[
     str,
@@ -21,18 +18,6 @@ Drawn = Annotated[
     ),
 ]
 WORKSHOP = "workshop"
-
-
-def show(benchmark: Benchmark[Any], out: Path, jobs: int, json: bool) -> None:
-    """Run a benchmark and print its result: JSON, or tables and where the files are."""
-    from testbed.benchmarks.harness import run
-    from testbed.report.console import answer
-    from testbed.simulation.workers import single_threaded
-
-    single_threaded()
-    result = run(benchmark, out, jobs)
-    shown = *benchmark.tables(result), out / f"{benchmark.name}.json"
-    answer(json, benchmark.published(result), *shown)
 
 
 def tolerances_named(draw: str) -> str | None:
@@ -100,24 +85,24 @@ def identify_measured(
     answer(json, [asdict(m) for m in found], table(found))
 
 
+@spread
 def filters(
-    out: Results,
+    work: Work,
     steps: Annotated[
         int, typer.Option(min=10, help="True steps in the trial of lock-out and delay.")
     ] = 10_000,
-    jobs: Jobs = 1,
-    json: Json = False,
 ) -> None:
     """Compare the force filters: six scenes, six rivals, lock-out and delay of true steps, in one
     table.
     """
     from testbed.benchmarks.filters.benchmark import Filters
 
-    show(Filters(steps=steps), out, jobs, json)
+    work.show(Filters(steps=steps))
 
 
+@spread
 def estimators(
-    out: Results,
+    work: Work,
     few: Annotated[bool, typer.Option("--few", help="One run of each kind only.")] = False,
     kind: Annotated[
         list[str] | None,
@@ -130,8 +115,6 @@ def estimators(
             help="An estimator of your own beside the shipped ones, FILE.py:Class; may be repeated."
         ),
     ] = None,
-    jobs: Jobs = 1,
-    json: Json = False,
 ) -> None:
     """Compare all force estimators: the paper's ladder, ours idea by idea, and the floor that the
     sensors set.
@@ -139,11 +122,12 @@ def estimators(
     from testbed.benchmarks.estimators.benchmark import Estimators
 
     benchmark = Estimators(few, tolerances_named(draw), tuple(estimator or ()), tuple(kind or ()))
-    show(benchmark, out, jobs, json)
+    work.show(benchmark)
 
 
+@spread
 def machines(
-    out: Results,
+    work: Work,
     machines: Annotated[int, typer.Option(min=1, help="Drawn machines.")] = 8,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first one.")] = 2000,
     commission: Annotated[
@@ -160,8 +144,6 @@ def machines(
     machine: Annotated[
         str, typer.Option(help="Which they are drawn from: roboclimber, climber_8t, quarter_model.")
     ] = "roboclimber",
-    jobs: Jobs = 1,
-    json: Json = False,
 ) -> None:
     """Judge the whole-body estimate on drawn machines: perfect, commissioned and drawing-board
     belief, idea by idea.
@@ -171,12 +153,12 @@ def machines(
     benchmark = DrawnMachines(
         machines, first_seed, WORKSHOP, commission, recordings, ideas, machine
     )
-    show(benchmark, out, jobs, json)
+    work.show(benchmark)
 
 
+@spread
 def distribution(
-    out: Results,
-    jobs: Jobs = 1,
+    work: Work,
     cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
     seeds: Annotated[int, typer.Option(help="From how many held-out sets, as many of each.")] = 1,
     draw: Drawn = WORKSHOP,
@@ -186,7 +168,6 @@ def distribution(
             help="Controller, file.py:Class or policy.npz; may be repeated. [those shipped]"
         ),
     ] = None,
-    json: Json = False,
 ) -> None:
     """Compare the force-distributing controllers on held-out cases against an oracle that knows the
     truth.
@@ -195,50 +176,48 @@ def distribution(
     from testbed.control.distribution.controllers import CONTROLLERS
 
     names = tuple(controller or CONTROLLERS)
-    show(ForceDistribution(cases, seeds, names, tolerances_named(draw)), out, jobs, json)
+    work.show(ForceDistribution(cases, seeds, names, tolerances_named(draw)))
 
 
+@spread
 def evaluate_diagnosis(
-    out: Results,
+    work: Work,
     rigs: Annotated[int, typer.Option(min=1, help="How many random rigs.")] = 200,
-    jobs: Jobs = 1,
     first_seed: Annotated[
         int, typer.Option(min=0, help="Seed of the first rig; the others follow it.")
     ] = 1000,
-    json: Json = False,
 ) -> None:
     """Test the diagnosis blind on random rigs of an independent simulator."""
     from testbed.benchmarks.diagnosis.benchmark import BlindTest
 
-    show(BlindTest(rigs, first_seed), out, jobs, json)
+    work.show(BlindTest(rigs, first_seed))
 
 
+@spread
 def hydraulics(
-    out: Results,
+    work: Work,
     manoeuvres: Annotated[int, typer.Option(min=1, max=1000, help="Random manoeuvres.")] = 30,
     seconds: Annotated[
         float, typer.Option(min=1.0, help="Simulated seconds for the balances.")
     ] = 600.0,
-    jobs: Jobs = 1,
-    json: Json = False,
 ) -> None:
     """Check the compiled hydraulics: against an independent solver, and its books of oil and
     energy.
     """
     from testbed.benchmarks.hydraulics.benchmark import Hydraulics
 
-    show(Hydraulics(manoeuvres, seconds), out, jobs, json)
+    work.show(Hydraulics(manoeuvres, seconds))
 
 
+@spread
 def contact_loss(
-    out: Results,
+    work: Work,
     hours: Annotated[
         float,
         typer.Option(
             help="Hours that single feet spend in scoring scenes; four feet, so a quarter is simulated."
         ),
     ] = 1.0,
-    jobs: Jobs = 1,
     tune: Annotated[
         bool,
         typer.Option(
@@ -260,7 +239,6 @@ def contact_loss(
             help="Score once more with what each machine's commissioning finds, 8 simulated minutes a machine.",
         ),
     ] = False,
-    json: Json = False,
 ) -> None:
     """Score the detectors of contact loss on drawn machines that drill and walk: every loss,
     touchdown and wrong second.
@@ -268,11 +246,12 @@ def contact_loss(
     from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 
     own = tuple(detector or ())
-    show(ContactLoss(hours, tune, tolerances_named(draw), own, commission), out, jobs, json)
+    work.show(ContactLoss(hours, tune, tolerances_named(draw), own, commission))
 
 
+@spread
 def soak(
-    out: Results,
+    work: Work,
     trials: Annotated[
         int, typer.Option(min=1, help="Trials of each kind; of those that take long, fewer.")
     ] = 1000,
@@ -281,34 +260,29 @@ def soak(
         float, typer.Option(min=0.0, max=25.0, help="Simulated hours of drilling in one run.")
     ] = 12.0,
     only: Annotated[
-        list[str] | None,
-        typer.Option(help="A kind, as 'killed run'; may be repeated. [all]"),
+        list[str] | None, typer.Option(help="A kind, as 'killed run'; may be repeated. [all]")
     ] = None,
-    jobs: Jobs = 1,
-    json: Json = False,
 ) -> None:
     """Try the testbed with bad intent: spoilt files, random actions, kills, full disks, clocks that
     jump, two owners, half a day in one run; what fell over, hung or was lost.
     """
     from testbed.benchmarks.soak.benchmark import Soak
 
-    show(Soak(trials, seed, hours, tuple(only or ())), out, jobs, json)
+    work.show(Soak(trials, seed, hours, tuple(only or ())))
 
 
+@spread
 def paper(
-    out: Results,
+    work: Work,
     figures: Annotated[
         list[str] | None,
         typer.Argument(metavar="[FIGURE]...", help="4 to 12, II to IV; all if none."),
     ] = None,
     machine: Annotated[
-        str,
-        typer.Option(help="Set of the machine's numbers: inferred, original or overlapped."),
+        str, typer.Option(help="Set of the machine's numbers: inferred, original or overlapped.")
     ] = "inferred",
-    jobs: Jobs = 1,
-    json: Json = False,
 ) -> None:
     """Run the paper's experiments and set its claims beside what is measured."""
     from testbed.benchmarks.paper.benchmark import Paper
 
-    show(Paper(tuple(figures or ()), machine), out, jobs, json)
+    work.show(Paper(tuple(figures or ()), machine))

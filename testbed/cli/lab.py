@@ -7,15 +7,15 @@ from typing import Annotated
 
 import typer
 
-from testbed.cli.benchmarks import show
-from testbed.cli.options import Jobs, Json, Results
+from testbed.cli.options import Work, spread
 
 Folders = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of trials.")]
 File = Annotated[Path | None, typer.Option(help="File to write. [the shipped one]")]
 
 
+@spread
 def climbs(
-    out: Results,
+    work: Work,
     seeds: Annotated[int, typer.Option(help="Last seed of each case.")] = 14,
     first_seed: Annotated[int, typer.Option(help="First seed of each case.")] = 1,
     way: Annotated[float, typer.Option(min=0.01, help="How far up the slope, m.")] = 10.0,
@@ -26,8 +26,6 @@ def climbs(
         list[str] | None,
         typer.Option(help="FILE.py:Class that climbs beside the shipped gait; may be repeated."),
     ] = None,
-    jobs: Jobs = 1,
-    json: Json = False,
 ) -> None:
     """Climb ten metres up every slope, on planes and on rough rock, several seeds each, every seed
     on its own drawn machine.
@@ -35,11 +33,12 @@ def climbs(
     from testbed.benchmarks.climbs.climbs import CASES, Climbs
 
     cases, own = tuple(case or CASES), tuple(gait or ())
-    show(Climbs(seeds, first_seed, way, cases, own), out, jobs, json)
+    work.show(Climbs(seeds, first_seed, way, cases, own))
 
 
+@spread
 def control_tasks(
-    out: Results,
+    work: Work,
     task: Annotated[
         list[str] | None,
         typer.Option(help="keep, keep-undeclared or drill-hole; may be repeated. [all]"),
@@ -55,8 +54,6 @@ def control_tasks(
         list[str] | None,
         typer.Option(help="A policy.npz of `testbed train`, of the one task; may be repeated."),
     ] = None,
-    jobs: Jobs = 1,
-    json: Json = False,
 ) -> None:
     """Say how much there is to win in the tasks of control, and who wins it: rules, models,
     policies, an oracle.
@@ -66,44 +63,42 @@ def control_tasks(
 
     chosen = tuple(task or TASKS)
     made = ControlTasks(chosen, cases, first_seed, oracle_episodes, tuple(policy or ()))
-    show(made, out, jobs, json)
+    work.show(made)
 
 
+@spread
 def expected_loads(
-    out: Results,
-    cases: Annotated[int, typer.Option(min=1, help="How many random stands.")] = 400,
-    jobs: Jobs = 1,
-    json: Json = False,
+    work: Work, cases: Annotated[int, typer.Option(min=1, help="How many random stands.")] = 400
 ) -> None:
     """Compare expected foot loads with the simulated truth in quiet stands."""
     from testbed.benchmarks.climbs.expected_loads import ExpectedLoadStands
 
-    show(ExpectedLoadStands(cases), out, jobs, json)
+    work.show(ExpectedLoadStands(cases))
 
 
+@spread
 def quiet_stand(
-    out: Results,
-    seconds: Annotated[float, typer.Option(min=3.0, help="Simulated seconds.")] = 60.0,
-    jobs: Jobs = 1,
-    json: Json = False,
+    work: Work, seconds: Annotated[float, typer.Option(min=3.0, help="Simulated seconds.")] = 60.0
 ) -> None:
     """Say what a quiet stand's foot loads owe to the engine and what to the machine."""
     from testbed.benchmarks.climbs.quiet_stand import QuietStand
 
-    show(QuietStand(seconds), out, jobs, json)
+    work.show(QuietStand(seconds))
 
 
-def paper_sensitivity(out: Results, jobs: Jobs = 1, json: Json = False) -> None:
+@spread
+def paper_sensitivity(work: Work) -> None:
     """Say which number of the inferred circuit each of the paper's figures fixes, and which it
     leaves open.
     """
     from testbed.benchmarks.paper.sensitivity import Sensitivity
 
-    show(Sensitivity(), out, jobs, json)
+    work.show(Sensitivity())
 
 
+@spread
 def robot_diagnosis(
-    out: Results,
+    work: Work,
     runs: Annotated[int, typer.Option(min=1, help="How many random runs.")] = 60,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run.")] = 2000,
     recordings: Annotated[
@@ -111,8 +106,6 @@ def robot_diagnosis(
     ] = None,
     second: Annotated[bool, typer.Option(help="Let a second motion decide close cases.")] = True,
     closed: Annotated[bool, typer.Option(help="Judge what was found on another motion.")] = True,
-    jobs: Jobs = 1,
-    json: Json = False,
 ) -> None:
     """Test the whole robot's diagnosis blind: drawn machines that hide one effect, two, one without
     a name, or none.
@@ -120,11 +113,12 @@ def robot_diagnosis(
     from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest
     from testbed.benchmarks.diagnosis.robot_trials import Asked
 
-    show(RobotBlindTest(runs, first_seed, Asked(recordings, second, closed)), out, jobs, json)
+    work.show(RobotBlindTest(runs, first_seed, Asked(recordings, second, closed)))
 
 
+@spread
 def plain_effects(
-    out: Results,
+    work: Work,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run.")] = 3000,
     sounds: Annotated[int, typer.Option(min=0, help="Sound machines in each scene.")] = 3,
     before: Annotated[
@@ -136,8 +130,6 @@ def plain_effects(
     recordings: Annotated[
         Path | None, typer.Option(help="Folder where simulated runs are kept and taken from.")
     ] = None,
-    jobs: Jobs = 1,
-    json: Json = False,
 ) -> None:
     """Hide one plain effect of every kind in shipped scenes on drawn machines, and show what the
     diagnosis says of each.
@@ -145,12 +137,10 @@ def plain_effects(
     from testbed.benchmarks.diagnosis.robot_plain import PlainEffects
 
     only = tuple(effect or ())
-    show(PlainEffects(first_seed, sounds, before, only, recordings), out, jobs, json)
+    work.show(PlainEffects(first_seed, sounds, before, only, recordings))
 
 
-def quotes(
-    root: Annotated[Path, typer.Argument(help="The project's folder.")] = Path(),
-) -> None:
+def quotes(root: Annotated[Path, typer.Argument(help="The project's folder.")] = Path()) -> None:
     """Put the numbers of committed results into README and docs (docs/quotes.yaml lists them)."""
     from testbed.benchmarks.quotes import refresh
 
@@ -194,21 +184,20 @@ def fit_diagnosis(folders: Folders, out: File = None) -> None:
     print(fit_file(folders, out))
 
 
+@spread
 def bench_diagnosis(
-    out: Results,
+    work: Work,
     rigs: Annotated[int, typer.Option(min=1, help="How many simulated benches and drives.")] = 60,
-    jobs: Jobs = 1,
     first_seed: Annotated[
         int, typer.Option(min=0, help="Seed of the first rig; the others follow it.")
     ] = 500,
-    json: Json = False,
 ) -> None:
     """Test the diagnosis of benches and drives on simulated ones, with laws that no name covers
     among them.
     """
     from testbed.benchmarks.diagnosis.bench_trials import BenchTest
 
-    show(BenchTest(rigs, first_seed), out, jobs, json)
+    work.show(BenchTest(rigs, first_seed))
 
 
 def fit_bench_diagnosis(folders: Folders, out: File = None) -> None:

@@ -146,8 +146,7 @@ def diagnose(
 
     RIG is one axis' recordings or a run of the whole robot; of a run it says which leg too.
     """
-    from testbed.report.console import answer
-    from testbed.report.progress import working
+    from testbed.report.console import answer, working
     from testbed.workflows.diagnose import Wanted, diagnose_folder
 
     with working("diagnosing") as tell:
@@ -168,8 +167,7 @@ def loop(
     """Close the loop on the whole robot: run, diagnose, believe what was found, compare on another
     scenario.
     """
-    from testbed.report.console import answer
-    from testbed.report.progress import working
+    from testbed.report.console import answer, working
     from testbed.workflows.loop import SCENARIOS, close_loop, table
 
     with working("closing the loop") as tell:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
+    from testbed.benchmarks.harness import Benchmark
     from testbed.scenario.scenario import Scenario
 
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON on standard output.")]
@@ -47,20 +48,48 @@ class Changes:
         return load_scenario(scenario, self.set_ or [], self.seed, self.duration)
 
 
-def with_changes(command: Callable[..., None]) -> Callable[..., None]:
-    """A command whose parameter `changes` is given by options, one for each field of Changes."""
+@dataclass(frozen=True)
+class Work:
+    """Where a benchmark's results go, who works for them, and how they are shown."""
+
+    out: Results
+    jobs: Jobs = 1
+    json: Json = False
+
+    def show(self, benchmark: Benchmark[Any]) -> None:
+        """Run a benchmark and print its result: JSON, or tables and where the files are."""
+        from testbed.benchmarks.harness import run
+        from testbed.report.console import answer
+        from testbed.simulation.workers import single_threaded
+
+        single_threaded()
+        result = run(benchmark, self.out, self.jobs)
+        shown = *benchmark.tables(result), self.out / f"{benchmark.name}.json"
+        answer(self.json, benchmark.published(result), *shown)
+
+
+def spread(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose parameters of the classes above are given by options, one for each field."""
+    own = inspect.signature(command, eval_str=True).parameters
+    groups = {
+        name: (given.annotation, inspect.signature(given.annotation, eval_str=True).parameters)
+        for name, given in own.items()
+        if given.annotation in (Changes, Work)
+    }
 
     @wraps(command)
     def called(**given: Any) -> None:
-        changes = Changes(**{field.name: given.pop(field.name) for field in fields(Changes)})
-        command(**given, changes=changes)
+        made = {
+            name: kind(**{field: given.pop(field) for field in fields})
+            for name, (kind, fields) in groups.items()
+        }
+        command(**given, **made)
 
-    options = list(inspect.signature(Changes, eval_str=True).parameters.values())
-    parameters: list[inspect.Parameter] = []
-    for own in inspect.signature(command, eval_str=True).parameters.values():
-        parameters += options if own.name == "changes" else [own]
-    called.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
-        [parameter.replace(kind=parameter.KEYWORD_ONLY) for parameter in parameters]
-    )
+    parameters = [
+        option.replace(kind=option.KEYWORD_ONLY)
+        for name, given in own.items()
+        for option in (groups[name][1].values() if name in groups else [given])
+    ]
+    called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return called

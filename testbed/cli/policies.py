@@ -30,7 +30,7 @@ def train(
     goes on.
     """
     from testbed.envs.training import train as trained
-    from testbed.report.progress import counting_progress
+    from testbed.report.console import counting_progress
 
     with counting_progress(steps, task) as progress:
         print(trained(task, out, steps, seed, workers, progress, dask))

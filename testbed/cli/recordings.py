@@ -70,8 +70,7 @@ def estimate(
         bool, typer.Option("--causal", help="Use only what came before each sample.")
     ] = False,
     estimator: Annotated[
-        str | None,
-        typer.Option(help="Of a robot: an estimator by name, or FILE.py:Class. [own]"),
+        str | None, typer.Option(help="Of a robot: an estimator by name, or FILE.py:Class. [own]")
     ] = None,
     json: Json = False,
 ) -> None:
@@ -103,8 +102,7 @@ def detect(
         typer.Option(help="Column with the force, N; of a robot also the part before _<leg>."),
     ] = None,
     reference: Annotated[
-        str | None,
-        typer.Option(help="Column to score against: a measured force, N, or a contact."),
+        str | None, typer.Option(help="Column to score against: a measured force, N, or a contact.")
     ] = None,
     scale: Annotated[
         str | None,

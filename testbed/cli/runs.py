@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from testbed.cli.options import Changes, Dask, Gui, Jobs, Json, Model, Shipped, with_changes
+from testbed.cli.options import Changes, Dask, Gui, Jobs, Json, Model, Shipped, spread
 from testbed.errors import naming
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Out = Annotated[Path | None, typer.Option(help="Output folder. [runs/<name>-<seed>]")]
 
 
-@with_changes
+@spread
 def run(
     scenario: Shipped,
     changes: Changes,
@@ -68,7 +68,7 @@ def _in_the_browser(scenario: Scenario) -> Live:
     return page
 
 
-@with_changes
+@spread
 def save(
     scenario: Shipped,
     changes: Changes,
@@ -162,8 +162,7 @@ def sweep(
     seed; resumable.
     """
     from testbed.formats.files import write_text
-    from testbed.report.console import answer
-    from testbed.report.progress import counting_progress
+    from testbed.report.console import answer, counting_progress
     from testbed.report.sweep_page import page
     from testbed.scenario.sweep import load_sweep, sweep_of
     from testbed.simulation.sweep import Share, merge_sweeps, run_sweep, table
@@ -219,7 +218,7 @@ def view(
         field = "--scene" if scene else "--video"
         raise InputError("shows one run", field=field, value=len(folders), allowed="1 RUN")
     if video is not None:
-        from testbed.report.progress import working
+        from testbed.report.console import working
         from testbed.workflows.film import film
 
         with working("filming") as tell:

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import AXES, LEGS, SIDES
 
-Array = NDArray[np.float64]
 REST_1_S = 1.0e-7
 """A set point that moves slower than this, rad/s or m/s, rests: the valve loop may close its
 valve.
@@ -36,7 +36,7 @@ class Command:
     wants. Feedback on forces sets it."""
     rope_rates_m_s: Array = field(default_factory=lambda: np.zeros(len(SIDES)))
     """(2) rate of the ropes' unstrained lengths, left and right: negative hauls in."""
-    stance: NDArray[np.bool_] = field(default_factory=lambda: np.ones(len(LEGS), dtype=bool))
+    stance: Flags = field(default_factory=lambda: np.ones(len(LEGS), dtype=bool))
     """(4) which feet are meant to carry, LEGS order; the others swing."""
     hold_drill: bool = False
     """The drill is to stop pushing, pulling and turning, and to wait."""

@@ -11,16 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from testbed.control.command import Command
 from testbed.control.measured import Measured
+from testbed.formats.arrays import Array
 from testbed.robot.kinematics import LegKinematics
 from testbed.robot.model import RobotModel
 from testbed.robot.robot import Robot
-
-Array = NDArray[np.float64]
 
 
 class Gait(Protocol):

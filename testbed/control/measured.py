@@ -7,15 +7,14 @@ recording as well.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array, Columns
+from testbed.formats.records import from_columns
 from testbed.recording.rows import DataRow
-
-Array = NDArray[np.float64]
 
 
 class Measured:
@@ -79,12 +78,6 @@ class Measured:
         return self._row
 
 
-def rows_of(columns: Mapping[str, Array]) -> NDArray[Any]:
+def rows_of(columns: Columns) -> NDArray[Any]:
     """Recorded columns, each (n,), as n rows (DataRow); what was not recorded is zero."""
-    count = len(next(iter(columns.values())))
-    rows = DataRow.zeros(count)
-    table = DataRow.as_table(rows)
-    for place, name in enumerate(DataRow.column_names()):
-        if name in columns:
-            table[:, place] = columns[name]
-    return rows
+    return from_columns(DataRow, columns, len(next(iter(columns.values()))))

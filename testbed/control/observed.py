@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+
+from testbed.formats.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Observed:
         return replace(self, low=factor * self.low, high=factor * self.high)
 
 
-def amounts(shares: NDArray[np.float64], table: Sequence[Observed]) -> NDArray[np.float64]:
+def amounts(shares: Array, table: Sequence[Observed]) -> Array:
     """What numbers (n,) in [-1, 1], one a row, mean in the rows' units."""
     low, high = (np.array([getattr(row, end) for row in table]) for end in ("low", "high"))
     return np.asarray((high + low) / 2.0 + shares * (high - low) / 2.0)

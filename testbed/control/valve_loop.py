@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES
@@ -39,7 +40,7 @@ class PositionLoop(LoopGains):
     integral = quantity("1", "command by the error's integral so far")
 
 
-def position_loops(machine: Machine, arms: NDArray[np.float64]) -> NDArray[Any]:
+def position_loops(machine: Machine, arms: Array) -> NDArray[Any]:
     """PositionLoop (12,) at rest; joints' rad or m are turned into cylinder metres by `arms` (12,),
     m/rad or 1.
     """

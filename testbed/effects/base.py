@@ -132,6 +132,19 @@ class Effect:
     alike: ClassVar[Mapping[str, str]] = {}
     """Effects that it is easily taken for -> what would tell them apart."""
 
+    lowest: ClassVar[float | None] = None
+    """Below which no number of its signature can lie; None: as its parameters' bounds have it."""
+    usual: ClassVar[float | None] = None
+    """How large they may be expected to be, where the parameters' priors do not tell."""
+
+    # -- what a world that has it hides ------------------------------------------------------------
+    hides: ClassVar[Mapping[str, str]] = {}
+    """Parameter -> number that it takes the place of: one that a world hides at the effect's place
+    (`effects/hidden.py`), or one of a cylinder, by its path in `AxisParameters`.
+    """
+    adds: ClassVar[Mapping[str, str]] = {}
+    """Parameter -> number, likewise, that it is added to."""
+
     # -- what the live estimators know of it -------------------------------------------------------
     live: ClassVar[Mapping[str, str]] = {}
     """Parameter -> number of the believed leg (`estimation/live/believed.py`) that it is added
@@ -170,6 +183,8 @@ class Effect:
         """Below which a number of its signature cannot lie, or is no such effect; -inf: it may be
         any.
         """
+        if self.lowest is not None:
+            return self.lowest
         above_zero = any(spec.name == number and spec.low >= 0.0 for spec in self.parameters)
         return 0.0 if above_zero else -math.inf
 
@@ -181,6 +196,8 @@ class Effect:
 
     def spread(self, number: str) -> float:
         """How large a number of its signature may be expected to be: standard deviation about 0."""
+        if self.usual is not None:
+            return self.usual
         low, high = self.spec(number).prior
         return max(abs(low), abs(high)) / EXPECTED_WITHIN
 
@@ -257,7 +274,29 @@ class Effect:
     # -- a world that has it -----------------------------------------------------------------------
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Write down what a world has that has the effect at this place, one of `places`."""
-        raise InputError("no simulated machine has this effect", field=self.name)
+        if not self.in_worlds:
+            raise InputError("no simulated machine has this effect", field=self.name)
+        part = world.at(place)
+        for parameter, number in self.hides.items():
+            if hasattr(part, number):
+                setattr(part, number, values[parameter])
+            else:
+                part.replaced[number] = self._of_laws(parameter, values[parameter])
+        for parameter, number in self.adds.items():
+            if hasattr(part, number):
+                setattr(part, number, getattr(part, number) + values[parameter])
+            else:
+                more = self._of_laws(parameter, values[parameter])
+                part.added[number] = part.added.get(number, 0.0) + more
+
+    def _of_laws(self, parameter: str, value: float) -> float:
+        """A value in the laws' unit: their frequencies are angular ones."""
+        return 2.0 * math.pi * value if self.spec(parameter).unit == "Hz" else value
+
+    @property
+    def in_worlds(self) -> bool:
+        """Whether a simulated machine can have it."""
+        return bool(self.hides or self.adds) or self.overrides("hide")
 
     def hidden_shapes(self) -> tuple[str, ...]:
         """Parameters that a simulated machine cannot have other than by default: shapes of real

@@ -23,6 +23,8 @@ class Thrust(Effect):
     rigs = ()
     telling_motion = "order thrust in steps against firm rock while standing still"
     alike = {"robot.payload": "a payload is there without thrust"}
+    lowest = -math.inf
+    usual = 0.35
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of the one feed."""
@@ -40,14 +42,6 @@ class Thrust(Effect):
     def to_linear(self, values: Values) -> dict[str, float]:
         """What the factor differs from 1 by."""
         return {"factor": values["factor"] - 1.0}
-
-    def least(self, number: str) -> float:
-        """See Effect: the numbers of the signature have either sign."""
-        return -math.inf
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 0.35
 
 
 EFFECTS = (Thrust(),)

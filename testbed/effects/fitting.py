@@ -10,7 +10,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from testbed.effects.terms import Array, Signals
+from testbed.effects.terms import Signals
+from testbed.formats.arrays import Array
 from testbed.recording.known import Known
 from testbed.recording.leg_model import Friction
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import Array, ForceTerms, Signals, Values
+from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.formats.arrays import Array
 
 LEFT_COST, LEFT_SHARE = 40.0, 0.04
 """Log-likelihood that a cushion costs which the piston never leaves; the share of the time outside
@@ -47,6 +47,9 @@ class Cushion(Effect):
         "force.spring": "a spring pushes along the whole travel, a cushion not beyond its start",
         "friction.position": "friction changes its sign with the direction of motion, a cushion does not",
     }
+    hides = {"stiffness": "extra.cushion_stiffness", "start": "extra.cushion_start"}
+    lowest = 0.0
+    usual = 3.0e4
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """It pushes the piston out."""
@@ -83,11 +86,6 @@ class Cushion(Effect):
         outside = float(np.mean(observed.position_m > values["start"]))
         return LEFT_COST * max(1.0 - outside / LEFT_SHARE, 0.0)
 
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """On the piston."""
-        cylinder = world.cylinders[place]
-        cylinder.cushion_n_m, cylinder.cushion_start_m = values["stiffness"], values["start"]
-
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Cushions that begin at several places of the travel."""
         i = seen.axis(place)
@@ -104,14 +102,6 @@ class Cushion(Effect):
         whole = float(parts.sum())
         start = float(parts @ starts) / whole if whole else float(starts[-1])
         return {"stiffness": whole, "start": float(np.clip(start, starts[0], starts[-1]))}
-
-    def least(self, number: str) -> float:
-        """See Effect."""
-        return 0.0
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 3.0e4
 
 
 TRIED, BEYOND_M = (0.35, 0.65, 1.0), 0.15

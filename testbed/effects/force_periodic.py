@@ -8,9 +8,9 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import Array, ForceTerms, Signals, Values
+from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.formats.arrays import Array
 
 PHASE_HOLDS_S = 3.5
 """Time in which the phase of the narrow band counts as one number."""
@@ -52,6 +52,9 @@ class Periodic(Effect):
     telling_motion = (
         "a long, slow stroke with nothing else running, then with each auxiliary switched on"
     )
+    hides = {"amplitude": "extra.periodic_force", "frequency": "extra.periodic_frequency"}
+    lowest = -math.inf
+    usual = 500.0
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """A band whose phase only the recording knows."""
@@ -78,11 +81,6 @@ class Periodic(Effect):
         """
         return observed.seconds / PHASE_HOLDS_S
 
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """On the piston."""
-        cylinder = world.cylinders[place]
-        cylinder.vibration_n, cylinder.vibration_hz = values["amplitude"], values["frequency"]
-
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """The two amplitudes of the strongest line of the piston's force."""
         axis = seen.axis(place)
@@ -95,14 +93,6 @@ class Periodic(Effect):
         """The line's amplitude and frequency."""
         amplitude = float(np.hypot(linear["cosine"], linear["sine"]))
         return {"amplitude": amplitude, "frequency": float(seen.line_hz[seen.axis(place)])}
-
-    def least(self, number: str) -> float:
-        """See Effect: the numbers of the signature have either sign."""
-        return -math.inf
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 500.0
 
     looked_for = 300.0
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 
@@ -39,6 +38,7 @@ class Spring(Effect):
         "inertia.mass": "a mass weighs the same along the travel, a spring does not",
         "sensor.gain_a": "a gain error grows with the pressure, wherever the piston is",
     }
+    hides = {"stiffness": "extra.spring_stiffness", "rest": "extra.spring_rest"}
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """It pulls the piston to where it rests."""
@@ -64,11 +64,6 @@ class Spring(Effect):
             scale=0.3 * span,
             prior=(0.5 * (low + high), 1.5 * span),
         )
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """On the piston."""
-        cylinder = world.cylinders[place]
-        cylinder.spring_n_m, cylinder.spring_rest_m = values["stiffness"], values["rest"]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A force against extension, and what its rest makes a constant."""

@@ -9,7 +9,6 @@ import numpy as np
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.friction_pressure import not_less_than_none
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 
@@ -47,6 +46,7 @@ class LoadFriction(Effect):
         "friction.pressure": "the same load at two supply pressures: only the seals feel the difference",
         "sensor.gain_a": "a gain error has the same sign both ways, friction has not",
     }
+    adds = {"coefficient": "seal.load_coefficient"}
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The Coulomb term grows with the force that is sought."""
@@ -66,10 +66,6 @@ class LoadFriction(Effect):
     def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
         """See `friction_pressure.not_less_than_none`."""
         return not_less_than_none(self, coordinate)
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """On top of the guide's own."""
-        world.cylinders[place].load_coefficient += values["coefficient"]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Dry friction that grows with the load that pushes the rod in."""

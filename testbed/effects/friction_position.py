@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 from testbed.machine.model import Machine
@@ -52,6 +51,7 @@ class PositionFriction(Effect):
         "force.cushion": "a cushion pushes one way, friction against the motion",
         "force.spring": "a spring pushes one way, friction against the motion",
     }
+    hides = {"slope": "seal.position_slope"}
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The Coulomb term is scaled along the stroke."""
@@ -69,10 +69,6 @@ class PositionFriction(Effect):
     def declared_by(self, machine: Machine) -> Values | None:
         """The seal's number."""
         return {"slope": machine.seal.position_slope}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of this cylinder's seal."""
-        world.cylinders[place].position_slope = values["slope"]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Dry friction that changes along the stroke."""

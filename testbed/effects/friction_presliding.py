@@ -11,7 +11,8 @@ from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import Array, ForceTerms, Signals, Values
+from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.formats.arrays import Array
 from testbed.recording.leg_model import Friction
 
 MOST_DAMPED_N_S_M = 1e4
@@ -92,6 +93,8 @@ class Presliding(Effect):
         "sensor.delay": "a delay grows with the speed of a reversal, a bristle with its distance",
         "sensor.line_b": "a line lags at rest too",
     }
+    lowest = 0.0
+    usual = 0.5
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The bristle takes the place of (5)."""
@@ -127,10 +130,11 @@ class Presliding(Effect):
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Another seal's plain bristles, as the equation has them."""
-        cylinder = world.cylinders[place]
-        cylinder.bristle_stiffness_n_m = values["stiffness"]
-        cylinder.bristle_damping_n_s_m = values["damping"]
-        cylinder.elastic_share = 0.0
+        world.cylinders[place].replaced |= {
+            "seal.bristle_stiffness": values["stiffness"],
+            "seal.bristle_damping": values["damping"],
+            "seal.elastic_share": 0.0,
+        }
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Friction that turns round over a distance instead of at once, for several distances."""
@@ -149,14 +153,6 @@ class Presliding(Effect):
         bend = float(parts @ np.array(BENDS_M)) / whole if whole else BENDS_M[0]
         coulomb = float(np.median(seen.coulomb_n[:, seen.axis(place)]))
         return {"stiffness": coulomb / bend, "damping": USUAL_DAMPING_N_S_M}
-
-    def least(self, number: str) -> float:
-        """See Effect."""
-        return 0.0
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 0.5
 
 
 BENDS_M, USUAL_DAMPING_N_S_M = (2.0e-3, 6.0e-3, 1.5e-2), 550.0

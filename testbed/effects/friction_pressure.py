@@ -7,7 +7,6 @@ from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 from testbed.machine.model import Machine
@@ -67,6 +66,7 @@ class PressureFriction(Effect):
         "friction.load": "the same load at two supply pressures: only the seals feel the difference",
         "sensor.gain_a": "a gain error has the same sign both ways, friction has not",
     }
+    adds = {"coefficient": "seal.pressure_coefficient"}
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The Coulomb term grows with the pressures."""
@@ -91,10 +91,6 @@ class PressureFriction(Effect):
     def declared_by(self, machine: Machine) -> Values | None:
         """The seal's number."""
         return {"coefficient": machine.seal.pressure_coefficient_m2}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """On top of the seal's own."""
-        world.cylinders[place].pressure_coefficient_m2 += values["coefficient"]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Dry friction that grows with both pressures."""

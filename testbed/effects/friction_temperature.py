@@ -8,7 +8,6 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 
@@ -42,6 +41,7 @@ class TemperatureFriction(Effect):
     live = {"rate": "viscosity_rate_1_k"}
     telling_motion = "the same constant-speed strokes with cold and with warm oil"
     alike = {"sensor.drift_a": "a drift goes on when the oil's temperature stands still"}
+    hides = {"rate": "seal.viscosity_rate"}
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The viscous term thins, as a further shape the Coulomb term too."""
@@ -63,10 +63,6 @@ class TemperatureFriction(Effect):
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """A little of it."""
         return [{"rate": 0.002}]
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """On top of the oil's own thinning."""
-        world.cylinders[place].thinning_1_k = values["rate"]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Less viscous friction than believed, in proportion to the warmth."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import KNOT_S, RobotSeen, Signature, knots
 from testbed.effects.terms import Values
 from testbed.machine.names import LEGS
@@ -23,10 +22,8 @@ class GroundFriction(Effect):
     places = tuple(f"foot_{leg}" for leg in LEGS)
     rigs = ()
     telling_motion = "shift the body sideways until the foot slips"
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Under this foot, wherever it stands."""
-        world.feet[place].friction = values["coefficient"]
+    hides = {"coefficient": "friction"}
+    usual = 5.0e-3
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """How far the foot has slipped up the slope and to the left at times KNOT_S apart."""
@@ -46,10 +43,6 @@ class GroundFriction(Effect):
         stretch = np.minimum(seen.time_s // KNOT_S, len(speed) - 1).astype(int)
         use = seen.friction_use[:, leg][speed[stretch] >= 0.5 * speed.max()]
         return {"coefficient": float(np.median(use))}
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 5.0e-3
 
 
 EFFECTS = (GroundFriction(),)

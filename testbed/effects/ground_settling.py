@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import KNOT_S, RobotSeen, Signature, knots
 from testbed.effects.terms import Values
 from testbed.machine.names import LEGS
@@ -25,11 +24,9 @@ class Settling(Effect):
     rigs = ()
     telling_motion = "stand still for minutes with the valves shut"
     alike = {"leakage.internal": "a leak moves the encoder, a sinking foot does not"}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Under this foot, wherever it stands."""
-        foot = world.feet[place]
-        foot.settling_m_s, foot.settling_depth_m = values["rate"], values["depth"]
+    hides = {"rate": "settling_m_s", "depth": "settling_depth_m"}
+    lowest = 0.0
+    usual = 5.0e-3
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """How far the foot has sunk at times KNOT_S apart, straight lines between them."""
@@ -41,14 +38,6 @@ class Settling(Effect):
         """Depth: how far it has sunk at most; rate: of the quickest stretch."""
         sunk = np.array([0.0, *linear.values()])
         return {"rate": float(np.diff(sunk).max()) / KNOT_S, "depth": float(sunk.max())}
-
-    def least(self, number: str) -> float:
-        """Ground does not rise."""
-        return 0.0
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 5.0e-3
 
 
 EFFECTS = (Settling(),)

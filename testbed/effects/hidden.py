@@ -8,6 +8,7 @@ One object a run. Whatever nobody writes to stays as the machine has it. SI; cyl
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from testbed.machine.names import AXES, LEGS, SIDES
 
@@ -18,27 +19,11 @@ class HiddenCylinder:
     added to its own.
     """
 
-    position_slope: float | None = None
-    """F_c changes by this share over the whole stroke."""
-    pressure_coefficient_m2: float = 0.0
-    load_coefficient: float = 0.0
-    bristle_stiffness_n_m: float | None = None
-    bristle_damping_n_s_m: float | None = None
-    elastic_share: float | None = None
-    thinning_1_k: float | None = None
-    """Viscous friction falls at this rate with the oil's temperature, above 20 degC."""
+    replaced: dict[str, float] = field(default_factory=dict)
+    """Path in AxisParameters (laws/hydraulics.py) -> number in the place of the machine's."""
+    added: dict[str, float] = field(default_factory=dict)
+    """The same -> number on top of the machine's."""
     mass_kg: float = 0.0
-    spring_n_m: float | None = None
-    spring_rest_m: float | None = None
-    vibration_n: float | None = None
-    vibration_hz: float | None = None
-    cushion_n_m: float | None = None
-    cushion_start_m: float | None = None
-    leakage_m3_s_pa: float = 0.0
-    air_share: float = 0.0
-    hose_m3_pa: float | None = None
-    hose_s: float | None = None
-    deadband: float = 0.0
     gain_error_a: float = 0.0
     gain_error_b: float = 0.0
     zero_a_pa: float = 0.0
@@ -46,8 +31,6 @@ class HiddenCylinder:
     hysteresis_pa: float = 0.0
     bow_pa: float = 0.0
     drift_a_pa_s: float | None = None
-    line_b_hz: float | None = None
-    line_b_damping: float | None = None
     pressure_delay_s: float = 0.0
     encoder_offset: float = 0.0
     """m, of a rotation joint rad; added to the reading."""
@@ -113,3 +96,7 @@ class Hidden:
     pump_pressure_factor: float = 1.0
     droop_pa_s_m3: float | None = None
     droop_s: float = 1.0
+
+    def at(self, place: str) -> Any:
+        """What is hidden at a place: of a cylinder, a rope or a foot; elsewhere, all else."""
+        return {**self.cylinders, **self.ropes, **self.feet}.get(place, self)

@@ -6,7 +6,6 @@ from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import FlowTerms, Signals, Values
 from testbed.machine.model import Machine
@@ -62,6 +61,8 @@ class Air(Effect):
     shapes = ("exponent",)
     telling_motion = "the same steps at low and at high pressure in both chambers"
     alike = {"hydraulics.hose": "a hose softens chamber A alone, and at every pressure"}
+    adds = {"fraction": "oil.air"}
+    usual = 0.05
 
     def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
         """Both chambers are softer."""
@@ -76,18 +77,10 @@ class Air(Effect):
         """The oil's number."""
         return {"fraction": machine.oil.entrained_air}
 
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """On top of the oil's own."""
-        world.cylinders[place].air_share += values["fraction"]
-
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Oil that gives way."""
         axis = seen.axis(place)
         return {"fraction": Change(oil={axis: seen.oil_by_air[:, axis]})}
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 0.05
 
 
 EFFECTS = (Air(),)

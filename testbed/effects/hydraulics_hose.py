@@ -7,9 +7,9 @@ import numpy as np
 from testbed.compiled import njit
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import Array, FlowTerms, Signals, Values
+from testbed.effects.terms import FlowTerms, Signals, Values
+from testbed.formats.arrays import Array
 
 
 def flow_m3_s(pressure_a_pa: float, hose_pa: float, capacity: float, time: float) -> float:
@@ -50,6 +50,9 @@ class Hose(Effect):
     seen_in = ("flow",)
     telling_motion = "steps of pressure in A with the piston held, then a minute of rest"
     alike = {"hydraulics.air": "air softens both chambers, and at low pressure only"}
+    hides = {"capacity": "a.hose_capacity", "time": "hose_time"}
+    lowest = 0.0
+    usual = 1.0e-12
 
     def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
         """Chamber A gives and takes oil."""
@@ -59,11 +62,6 @@ class Hose(Effect):
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """A quick one and a slow one."""
         return [{"time": time} for time in (0.05, 0.4)]
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """In place of the cylinder's own."""
-        cylinder = world.cylinders[place]
-        cylinder.hose_m3_pa, cylinder.hose_s = values["capacity"], values["time"]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Oil that chamber A takes up later, of hoses that fill quickly and slowly."""
@@ -83,14 +81,6 @@ class Hose(Effect):
             else 0.0
         )
         return {"capacity": whole, "time": max(time, 0.0)}
-
-    def least(self, number: str) -> float:
-        """See Effect."""
-        return 0.0
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 1.0e-12
 
 
 EFFECTS = (Hose(),)

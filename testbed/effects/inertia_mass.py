@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 LEAST_M_S2 = 0.3
+LIGHTER_KG = -40.0
+"""What moves with a piston is lighter than drawn by no more than that (E)."""
 
 
 class AddedMass(Effect):
@@ -17,6 +18,7 @@ class AddedMass(Effect):
     kind = "inertia.mass"
     equation = "m = m_declared + mass, in weight and inertia"
     text = "the leg carries more (or less) mass than declared: mud, a tool, a wrong drawing"
+    lowest = LIGHTER_KG
     parameters = (
         ParameterSpec("mass", "kg", -1e4, 1e5, (-40.0, 90.0), "added mass"),
         ParameterSpec(
@@ -37,6 +39,7 @@ class AddedMass(Effect):
         "force.spring": "a spring pulls otherwise at the other end of the travel",
         "sensor.gain_a": "a gain error shows under load, a mass in the air",
     }
+    adds = {"mass": "mass_kg"}
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """More weight and more inertia."""
@@ -49,17 +52,9 @@ class AddedMass(Effect):
             return "no acceleration to speak of, and the axis is level"
         return None
 
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """On what the cylinder moves."""
-        world.cylinders[place].mass_kg += values["mass"]
-
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Weight and inertia of what the piston moves."""
         return {"mass": seen.weighs(seen.asked_by_link[:, :, seen.axis(place)])}
-
-    def least(self, number: str) -> float:
-        """What moves with a piston may be lighter than drawn, but by no more than is expected."""
-        return self.spec(number).prior[0]
 
 
 EFFECTS = (AddedMass(),)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
-from testbed.effects.terms import Values
 from testbed.machine.names import AXES
 
 
@@ -19,10 +17,7 @@ class Play(Effect):
     rigs = ()
     telling_motion = "turn the leg to and fro with its foot in the air"
     alike = {"sensor.encoder_offset": "an offset stays when the leg turns back, play changes sides"}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of this joint."""
-        world.cylinders[place].play_rad = values["half_width"]
+    hides = {"half_width": "play_rad"}
 
 
 EFFECTS = (Play(),)

@@ -8,7 +8,6 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import FlowTerms, Signals, Values
 
@@ -45,6 +44,8 @@ class Leakage(Effect):
     declared_as = "internal_leakage_m3_s_pa"
     telling_motion = "hold a load with the valve shut and watch the piston sink"
     alike = {"valve.deadband": "a deadband shows at small openings only"}
+    adds = {"coefficient": "inner_leakage"}
+    usual = 3.0e-12
 
     def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
         """The whole leakage is this one's."""
@@ -55,18 +56,10 @@ class Leakage(Effect):
         """A little more than declared."""
         return [{"coefficient": (observed.known.internal_leakage_m3_s_pa or 0.0) + 2e-13}]
 
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """On top of the piston's own."""
-        world.cylinders[place].leakage_m3_s_pa += values["coefficient"]
-
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Oil from A to B."""
         axis = seen.axis(place)
         return {"coefficient": Change(oil={axis: seen.oil_by_leak[:, axis]})}
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 3.0e-12
 
 
 EFFECTS = (Leakage(),)

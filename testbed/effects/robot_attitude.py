@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import RobotSeen, Signature
-from testbed.effects.terms import Values
 
 
 class Attitude(Effect):
@@ -22,11 +20,7 @@ class Attitude(Effect):
     rigs = ()
     telling_motion = "stand on ground of known slope with slack ropes, turned by half a circle"
     alike = {"robot.centre_of_mass": "a tilted unit shows in the direction of gravity at rest"}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """On top of what is there."""
-        world.unit_roll_rad += values["roll"]
-        world.unit_pitch_rad += values["pitch"]
+    adds = {"roll": "unit_roll_rad", "pitch": "unit_pitch_rad"}
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Weight in another direction, ropes in another."""

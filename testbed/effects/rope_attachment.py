@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import Values
 
 
 class RopeAttachment(Effect):
@@ -22,10 +20,7 @@ class RopeAttachment(Effect):
     rigs = ()
     telling_motion = "haul and pay out both ropes by a few kilonewtons while standing still"
     alike = {"rope.direction": "a wrong direction moves forces, a wrong height moments alone"}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of this rope."""
-        world.ropes[place].attachment_height_m += values["height"]
+    adds = {"height": "attachment_height_m"}
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """The same pull at another height."""

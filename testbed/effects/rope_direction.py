@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature, at_point
-from testbed.effects.terms import Values
 
 
 class RopeDirection(Effect):
@@ -28,11 +26,7 @@ class RopeDirection(Effect):
     rigs = ()
     telling_motion = "haul one rope and then the other by a few kilonewtons while standing still"
     alike = {"rope.tension_gain": "a wrong direction errs across the rope, a gain along it"}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of this rope's anchor."""
-        rope = world.ropes[place]
-        rope.azimuth_rad, rope.elevation_rad = values["azimuth"], values["elevation"]
+    hides = {"azimuth": "azimuth_rad", "elevation": "elevation_rad"}
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """The pull turned out of its direction."""

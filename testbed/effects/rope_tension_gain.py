@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature, at_point
-from testbed.effects.terms import Values
 
 
 class TensionGain(Effect):
@@ -25,11 +23,7 @@ class TensionGain(Effect):
         "robot.payload": "slack ropes carry nothing, whatever they read",
         "rope.direction": "a wrong direction errs across the rope, a gain along it",
     }
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of this rope's pin."""
-        rope = world.ropes[place]
-        rope.tension_gain_error, rope.tension_zero_n = values["gain_error"], values["zero"]
+    hides = {"gain_error": "tension_gain_error", "zero": "tension_zero_n"}
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A pull along the rope that is not there."""

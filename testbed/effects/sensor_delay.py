@@ -6,10 +6,10 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.sensor_line_b import SMOOTHING_S, flat
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import Array, Signals, Values
+from testbed.effects.terms import Signals, Values
+from testbed.formats.arrays import Array
 
 
 def _earlier(values: Array | None, time: Array, delay: float) -> Array | None:
@@ -45,6 +45,7 @@ class Delay(Effect):
         "friction.presliding": "a bristle's force builds up over a distance, however slow the reversal",
         "inertia.mass": "a mass weighs at rest too",
     }
+    hides = {"delay": "pressure_delay_s"}
 
     def correct(self, signals: Signals, values: Values) -> Signals:
         """What the sensor should have read."""
@@ -60,10 +61,6 @@ class Delay(Effect):
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """A short one."""
         return [{"delay": 0.002}]
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of both sensors of this cylinder."""
-        world.cylinders[place].pressure_delay_s = values["delay"]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Force and oil are late by what the pressures change meanwhile."""

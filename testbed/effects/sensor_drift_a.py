@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Signals, Values
 
@@ -42,6 +41,9 @@ class Drift(Effect):
     live = {"rate": "drift_a_pa_s"}
     telling_motion = "ten minutes of the same slow sinusoid"
     alike = {"friction.temperature": "friction changes its sign with the direction of motion"}
+    hides = {"rate": "drift_a_pa_s"}
+    usual = 1.0e4
+    """A run of the robot is short, only a quick drift is seen at all."""
 
     def correct(self, signals: Signals, values: Values) -> Signals:
         """What the sensor should have read."""
@@ -52,18 +54,10 @@ class Drift(Effect):
             pressure_a_pa=signals.pressure_a_pa - zero_pa(since, values["rate"], values["decay"])
         )
 
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of this cylinder's sensor A."""
-        world.cylinders[place].drift_a_pa_s = values["rate"]
-
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A force that grows with time."""
         axis = seen.axis(place)
         return {"rate": seen.reads(axis, 0, seen.time_s)}
-
-    def spread(self, number: str) -> float:
-        """See Effect: a run of the robot is short, only a quick drift is seen at all."""
-        return 1.0e4
 
 
 EFFECTS = (Drift(),)

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import Values
 from testbed.machine.names import AXES
 
 
@@ -24,10 +22,7 @@ class EncoderOffset(Effect):
     rigs = ()
     telling_motion = "drive the joint to both of its ends"
     alike = {"robot.attitude": "an offset moves one foot, a tilted unit all four"}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of this joint's encoder."""
-        world.cylinders[place].encoder_offset += values["offset"]
+    adds = {"offset": "encoder_offset"}
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """The foot seems to stand elsewhere: its force acts at another arm, and stance feet seem to

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Signals, Values
 
@@ -48,6 +47,7 @@ class GainA(Gain):
     needs = ("position", "pressure_a")
     live = {"gain_error": "gain_a"}
     telling_motion = "press at rising loads with chamber B at tank pressure"
+    hides = {"gain_error": "gain_error_a"}
 
     def correct(self, signals: Signals, values: Values) -> Signals:
         """The pressure behind the reading."""
@@ -55,10 +55,6 @@ class GainA(Gain):
             return signals
         pressure = true_pa(signals.pressure_a_pa, values["gain_error"], values["bend"])
         return signals.with_(pressure_a_pa=pressure)
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of this cylinder's sensor A."""
-        world.cylinders[place].gain_error_a = values["gain_error"]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Too much force by the share of pA A_A."""
@@ -75,6 +71,7 @@ class GainB(Gain):
     needs = ("position", "pressure_a", "pressure_b")
     live = {"gain_error": "gain_b"}
     telling_motion = "retract against rising loads with chamber A at tank pressure"
+    hides = {"gain_error": "gain_error_b"}
 
     def correct(self, signals: Signals, values: Values) -> Signals:
         """The pressure behind the reading."""
@@ -82,10 +79,6 @@ class GainB(Gain):
             return signals
         pressure = true_pa(signals.pressure_b_pa, values["gain_error"], values["bend"])
         return signals.with_(pressure_b_pa=pressure)
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of this cylinder's sensor B."""
-        world.cylinders[place].gain_error_b = values["gain_error"]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Too little force by the share of pB A_B."""

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
-from testbed.effects.terms import Values
 
 
 class Hysteresis(Effect):
@@ -21,10 +19,7 @@ class Hysteresis(Effect):
     alike = {
         "friction.pressure": "friction changes with motion, hysteresis with the pressure's way"
     }
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of both sensors of this cylinder."""
-        world.cylinders[place].hysteresis_pa = values["width"]
+    hides = {"width": "hysteresis_pa"}
 
 
 EFFECTS = (Hysteresis(),)

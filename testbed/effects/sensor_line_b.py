@@ -8,9 +8,9 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import Array, Signals, Values
+from testbed.effects.terms import Signals, Values
+from testbed.formats.arrays import Array
 
 SMOOTHING_S = 0.010
 """Width of the smoothing before the inverse's derivatives: beyond it they would only raise
@@ -48,6 +48,12 @@ class LineB(Effect):
     far_from_linear = True
     telling_motion = "sharp steps of the valve against a held piston, then slow ramps"
     alike = {"sensor.delay": "a delay makes pressure A late too"}
+    hides = {
+        "natural_frequency": "transducers.pipe_frequency",
+        "damping": "transducers.pipe_damping",
+    }
+    lowest = 0.0
+    usual = 0.05
 
     def correct(self, signals: Signals, values: Values) -> Signals:
         """What the sensor should have read."""
@@ -66,12 +72,6 @@ class LineB(Effect):
         """Five natural frequencies between 5 and 100 Hz."""
         return [{"natural_frequency": f, "damping": 0.8} for f in (5.0, 10.0, 20.0, 45.0, 100.0)]
 
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """In front of this cylinder's sensor B."""
-        cylinder = world.cylinders[place]
-        cylinder.line_b_hz = values["natural_frequency"]
-        cylinder.line_b_damping = values["damping"]
-
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Sensor B is late by 2 damping / w of the pressure's rate; its swing is not seen."""
         i = seen.axis(place)
@@ -87,14 +87,6 @@ class LineB(Effect):
     def to_linear(self, values: Values) -> dict[str, float]:
         """The other way round."""
         return {"lag": values["damping"] / (math.pi * values["natural_frequency"])}
-
-    def least(self, number: str) -> float:
-        """See Effect."""
-        return 0.0
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 0.05
 
 
 EFFECTS = (LineB(),)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
-from testbed.effects.terms import Values
 
 
 def bowed(pressure_pa: Any, range_pa: float) -> Any:
@@ -27,10 +25,7 @@ class Linearity(Effect):
     rigs = ()
     telling_motion = "press at rising loads up to the whole range"
     alike = {"sensor.gain_a": "a gain error goes on growing with the pressure"}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of both sensors of this cylinder."""
-        world.cylinders[place].bow_pa = values["bow"]
+    hides = {"bow": "bow_pa"}
 
 
 EFFECTS = (Linearity(),)

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import RobotSeen, Signature
-from testbed.effects.terms import Values
 
 
 class Zero(Effect):
@@ -21,10 +19,8 @@ class Zero(Effect):
     is_tolerance = True
     rigs = ()
     telling_motion = "move a foot in the air, both ways"
-
-    def spread(self, number: str) -> float:
-        """See Effect: a zero beyond calibration is far beyond."""
-        return 4.0e5
+    usual = 4.0e5
+    """A zero beyond calibration is far beyond."""
 
 
 class ZeroA(Zero):
@@ -35,10 +31,7 @@ class ZeroA(Zero):
     text = "the zero of pressure sensor A is off from the start"
     live = {"zero": "zero_a_pa"}
     alike = {"sensor.drift_a": "a drift grows with time"}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of this cylinder's sensor A."""
-        world.cylinders[place].zero_a_pa = values["zero"]
+    hides = {"zero": "zero_a_pa"}
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A constant force."""
@@ -53,10 +46,7 @@ class ZeroB(Zero):
     equation = "measured pB = pB + zero"
     text = "the zero of pressure sensor B is off from the start"
     live = {"zero": "zero_b_pa"}
-
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Of this cylinder's sensor B."""
-        world.cylinders[place].zero_b_pa = values["zero"]
+    hides = {"zero": "zero_b_pa"}
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A constant force."""

@@ -13,11 +13,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, SIDES
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

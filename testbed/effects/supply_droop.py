@@ -9,7 +9,8 @@ from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import Array, FlowTerms, Signals, Values
+from testbed.effects.terms import FlowTerms, Signals, Values
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
 
 
@@ -67,6 +68,8 @@ class Droop(Effect):
     seen_in = ("flow", "supply")
     places = ("supply", *AXES)  # one power unit; a cylinder as its place is where it is felt
     telling_motion = "full-speed strokes after a rest, with the supply pressure recorded"
+    lowest = 0.0
+    usual = 2.0e9
 
     @property
     def places_on_robot(self) -> tuple[str, ...]:
@@ -99,14 +102,6 @@ class Droop(Effect):
         whole = float(parts.sum())
         mean = float(parts @ np.array(TIMES_S)) / whole if whole else TIMES_S[0]
         return {"droop": whole, "time": float(np.clip(mean, TIMES_S[0], TIMES_S[-1]))}
-
-    def least(self, number: str) -> float:
-        """See Effect."""
-        return 0.0
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 2.0e9
 
 
 def late(values: Array, time_s: Array, lag_s: float) -> Array:

@@ -25,6 +25,8 @@ class Pump(Effect):
     looked_for = 49.0
     telling_motion = "all four vertical joints at full speed together, then a minute of rest"
     alike = {"supply.droop": "a droop passes with the flow, a lower set pressure stays"}
+    lowest = -math.inf
+    usual = 0.25
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of the one power unit."""
@@ -45,14 +47,6 @@ class Pump(Effect):
     def to_linear(self, values: Values) -> dict[str, float]:
         """What the factors differ from 1 by."""
         return {name: value - 1.0 for name, value in values.items()}
-
-    def least(self, number: str) -> float:
-        """See Effect: the numbers of the signature have either sign."""
-        return -math.inf
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 0.25
 
 
 EFFECTS = (Pump(),)

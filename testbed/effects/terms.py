@@ -8,12 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from testbed.formats.arrays import Array
 from testbed.recording.known import Known
 
-Array = npt.NDArray[np.float64]
 Values = Mapping[str, float]
 """Parameter -> value, SI."""
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.effects.base import Active, Effect, ParameterSpec
-from testbed.effects.terms import Array, ForceTerms, Signals, Values
+from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.formats.arrays import Array
 
 REST_S, SLOW_M_S = 1.0, 2e-3
 """Time in which a piston counts as rested, and the speed at which that is forgotten as fast as it

@@ -9,7 +9,6 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import FlowTerms, Signals, Values
 
@@ -36,6 +35,8 @@ class Deadband(Effect):
     declared_as = "valve_deadband"
     telling_motion = "slow triangles of the valve command through zero"
     alike = {"leakage.internal": "a leak lets a held piston sink with the valve shut"}
+    adds = {"deadband": "valve.dead_band"}
+    usual = 0.05
 
     def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
         """The whole overlap is this one's."""
@@ -49,18 +50,10 @@ class Deadband(Effect):
         """What is declared says nothing about how much is expected: no prior."""
         return replace(coordinate, prior=None)
 
-    def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """On top of the valve's own."""
-        world.cylinders[place].deadband += values["deadband"]
-
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Less flow at small openings."""
         axis = seen.axis(place)
         return {"deadband": Change(oil={axis: seen.oil_by_deadband[:, axis]})}
-
-    def spread(self, number: str) -> float:
-        """See Effect."""
-        return 0.05
 
 
 EFFECTS = (Deadband(),)

@@ -44,11 +44,7 @@ ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "Roboclimber/DrillHole-v0": (
         "testbed.envs.drill_hole:DrillHoleEnv",
-        {
-            "scenario": "drill_unknown_rock",
-            "randomisation": "drill_hole",
-            "step_ms": 1000,
-        },
+        {"scenario": "drill_unknown_rock", "randomisation": "drill_hole", "step_ms": 1000},
     ),
 }
 """Id -> entry point and keyword arguments, all plain JSON values."""

@@ -36,6 +36,7 @@ from testbed.envs.rewards import (
     truth_of_step,
 )
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.model import Machine
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.machines import machines_of
@@ -44,7 +45,6 @@ from testbed.scenario.scenario import Scenario, load_scenario
 if TYPE_CHECKING:
     from testbed.world.saved import State
 
-Array = NDArray[np.float64]
 Vector = NDArray[np.float32]
 Observation = Vector | dict[str, Vector]
 PICTURE = (480, 360)
@@ -356,7 +356,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         """The most that the rest of the episode can pay; infinite where nobody knows."""
         return math.inf
 
-    def action_masks(self) -> NDArray[np.bool_]:
+    def action_masks(self) -> Flags:
         """(len(actions),) which rows of an action have an effect in the next step; in
         `info["action_mask"]` too.
         """

@@ -9,13 +9,12 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.envs.base import RoboclimberEnv
 from testbed.envs.rewards import EFFORT, END, FRICTION_USE, LOST, Term, Truth, holding_amounts
+from testbed.formats.arrays import Array
 from testbed.scenario.scenario import Scenario
 
-Array = NDArray[np.float64]
 WAY = Term("way", "way of the body up the slope", "m", 100.0)
 OUTDATED = "Climb-v0 pays a quick slide better than a climb: kept for comparison, train on Climb-v1"
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.walk_plan import Stride
@@ -20,10 +19,10 @@ from testbed.envs.increments import action_rows
 from testbed.envs.observations import CLIMB_TABLE
 from testbed.envs.rewards import END, LOST, Term, Truth
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import Crawl
 
-Array = NDArray[np.float64]
 STRIDE_M = 0.15
 """By how much an action of 1 lengthens the task's stride."""
 HEIGHT_M = 0.03

@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.distribution.controllers import distribution
 from testbed.control.distribution.corrected import PULL_N, SHARE_N, Corrected
@@ -23,12 +22,12 @@ from testbed.envs.increments import action_rows
 from testbed.envs.observations import HOLE_TABLE
 from testbed.envs.rewards import END, LOST, Term, Truth
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.scenario import Scenario
 
-Array = NDArray[np.float64]
 FEED_N = 5.5e3
 """Feed for an action of 0: the handbook's best one in medium rock."""
 FEED_RANGE_N = 5.0e3
@@ -151,7 +150,7 @@ class DrillHoleEnv(RoboclimberEnv):
         lost = float(truth.feet_lost) * self._step_s
         return {"depth": gained, "lost": lost, "slip": slipped, "end": float(ended)}
 
-    def action_masks(self) -> NDArray[np.bool_]:
+    def action_masks(self) -> Flags:
         """See the base class: feed and hammer have a say while the bit is at work."""
         works = self._sim.machine.drill.phase in AT_WORK
         return np.array([works, works, True, True, True])

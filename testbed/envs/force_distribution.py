@@ -4,13 +4,12 @@ benchmark's.
 Actions in [-1, 1] (6): what is wanted beyond the plan, +-2000 N of normal load on fl fr rl rr (of
 these only what leaves the body still can be had) and +-2000 N of pull on the left and right rope.
 No action is the program itself.
-Observation: control/corrected.py's VIEW.
+Observation: control/distribution/corrected.py's VIEW.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.distribution.controllers import distribution
 from testbed.control.distribution.corrected import PULL_N, SHARE_N, Corrected
@@ -19,10 +18,10 @@ from testbed.control.layers.trim import Trim
 from testbed.envs.base import Observation, RoboclimberEnv
 from testbed.envs.increments import action_rows
 from testbed.envs.observations import SHARE_TABLE
+from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS, SIDES
 from testbed.scenario.scenario import Scenario
 
-Array = NDArray[np.float64]
 FOOTING_SD_M = 7.0e-4
 """Height error of each footing, drawn anew in every episode (E)."""
 SETTLE_S = 1.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.layers.trim import Trim
 from testbed.control.observed import Observed
+from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS, SIDES
 
@@ -36,7 +36,7 @@ INCREMENTS = (
 """The action of ROBOCLIMBER, index by index."""
 
 
-def increase(trim: Trim, by: NDArray[np.float64], machine: Machine) -> None:
+def increase(trim: Trim, by: Array, machine: Machine) -> None:
     """Add increments (6,), m and N, to a trim whose wanted pulls are known: set points within their
     range, pulls within the rating of the traction devices.
     """

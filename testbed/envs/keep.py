@@ -14,7 +14,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.gait import Layered
 from testbed.control.layers.orders import Orders
@@ -25,11 +24,11 @@ from testbed.envs.base import RoboclimberEnv
 from testbed.envs.increments import OFFSET_RANGE_M, action_rows
 from testbed.envs.observations import KEEP_TABLE
 from testbed.envs.rewards import Term, Truth
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import SIDES
 from testbed.recording.rows import DataRow
 from testbed.scenario.scenario import Scenario
 
-Array = NDArray[np.float64]
 HAUL_M_S = 0.06
 """Speed of a rope for an action of 1: the traction devices' fastest (E)."""
 RAISE_M_S = OFFSET_SPEED_M_S
@@ -134,7 +133,7 @@ class KeepEnv(RoboclimberEnv):
         left_s = float(self._sim.scenario.duration_s - max(self._sim.t_s, self.fault_s))
         return max(left_s, 0.0) * max(0.0, 1.0 - self._slip_m / self._paid_to_m)
 
-    def action_masks(self) -> NDArray[np.bool_]:
+    def action_masks(self) -> Flags:
         """See the base class: a rope that is not there cannot be hauled."""
         whole = np.asarray(self._sim.machine.boards["ropes"]["whole"][0]) > 0.0
         return np.concatenate([whole, [True, True, True]])

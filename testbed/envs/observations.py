@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from testbed.control.distribution.corrected import VIEW
 from testbed.control.observed import Observed
+from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import DataRow
 
-Array = NDArray[np.float64]
 COLUMNS = {column.name: column for column in DataRow.columns()}
 """What a run records, by name."""
 OWN = ("orders.", "control.")

@@ -12,7 +12,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from testbed.errors import InputError
+from testbed.errors import InputError, extra
 from testbed.formats.files import read_json
 from testbed.formats.networks import Network, network, read_network
 
@@ -52,12 +52,7 @@ def read_tensors(file: Path, part: str) -> Any:
 
     Raises InputError for a file that holds no such part, or more in it than tensors.
     """
-    try:
-        import torch
-    except ImportError as error:
-        raise InputError(
-            "needs the extra `rl`", file=file, allowed="pip install 'roboclimber-testbed[rl]'"
-        ) from error
+    torch = extra("torch", "rl", file=file)
     if not file.is_file():
         raise InputError("no such file", file=file, allowed=ALLOWED)
     try:

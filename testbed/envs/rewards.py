@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.recording.rows import XYZ
 
-Array = NDArray[np.float64]
 LOST_N = 200.0
 """A foot of ROBOCLIMBER that is meant to carry and has less true normal load is lost (E)."""
 
@@ -41,11 +41,7 @@ class Truth:
 
 
 def truth_of_step(
-    truth: NDArray[Any],
-    friction: float,
-    stance: NDArray[np.bool_],
-    before: Array,
-    lost_n: float = LOST_N,
+    truth: NDArray[Any], friction: float, stance: Flags, before: Array, lost_n: float = LOST_N
 ) -> Truth:
     """Sum up the truth rows (n, TruthRow) of a step for the feet (4) in stance.
 

@@ -31,12 +31,53 @@ import numpy as np
 
 from testbed.envs import named
 from testbed.envs.policies import OPTIMISER, WEIGHTS, actor, read_tensors
-from testbed.envs.settings import settings_of
-from testbed.errors import InputError
+from testbed.errors import InputError, extra
 from testbed.formats.files import read_json, whole, write_json
 from testbed.formats.networks import write_network
 from testbed.formats.ownership import owned
 from testbed.simulation.workers import single_threaded
+
+MANY_STEPS: dict[str, Any] = {
+    "n_steps": 2000,
+    "batch_size": 1000,
+    "n_epochs": 4,
+    "gae_lambda": 0.9,
+    "gamma": 0.95,
+    "ent_coef": 0.0,
+    "policy_kwargs": {"net_arch": [32, 32], "log_std_init": -2.0},
+}
+"""For a step of 20 ms. Few passes over many steps: cases differ more than actions do, and no action
+is a good one.
+"""
+FEW_STEPS: dict[str, Any] = {
+    "n_steps": 500,
+    "batch_size": 125,
+    "n_epochs": 8,
+    "gae_lambda": 0.95,
+    "gamma": 0.99,
+    "ent_coef": 0.0,
+    "policy_kwargs": {"net_arch": [32, 32], "log_std_init": -1.5},
+}
+"""For decisions of a tenth of a second and longer, of which an episode has some tens."""
+SHORT_EPISODES: dict[str, Any] = {
+    "n_steps": 800,
+    "batch_size": 200,
+    "n_epochs": 10,
+    "learning_rate": 1e-3,
+    "gae_lambda": 0.95,
+    "gamma": 0.98,
+    "ent_coef": 0.0,
+    "policy_kwargs": {"net_arch": [32, 32], "log_std_init": -1.5},
+}
+"""For episodes of eighty decisions, ten of them between two updates."""
+SETTINGS = {"keep": SHORT_EPISODES, "drill-hole": FEW_STEPS, "climb": FEW_STEPS}
+"""By task; MANY_STEPS where there is none."""
+
+
+def settings_of(task: str) -> dict[str, Any]:
+    """The settings of a task by its name."""
+    return SETTINGS.get(task, MANY_STEPS)
+
 
 ROUND_STEPS = 4_000
 """Least steps of all workers together from checkpoint to checkpoint."""
@@ -67,17 +108,6 @@ class Session:
         return self.out / "episodes" / f"session_{self.number:03d}_{worker:02d}"
 
 
-def library() -> Any:
-    """stable_baselines3. Raises InputError with the command that installs it."""
-    try:
-        import stable_baselines3
-    except ImportError as error:
-        raise InputError(
-            "needs the extra `rl`", allowed="pip install 'roboclimber-testbed[rl]'"
-        ) from error
-    return stable_baselines3
-
-
 def train(
     task: str,
     out: Path,
@@ -103,7 +133,7 @@ def train(
             raise InputError("must be at least 1", field=option, value=value)
     named(task, "task")
     single_threaded()
-    kit = library()
+    kit = extra("stable_baselines3", "rl")
     with owned(out):
         begun = _begin(out, {"task": task, "seed": seed, "options": options}, workers)
         session = replace(begun, cluster=cluster)

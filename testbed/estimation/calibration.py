@@ -18,7 +18,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.estimation.cylinder import friction_terms, piston_force_n
@@ -30,10 +29,8 @@ from testbed.estimation.friction.posterior import (
     huber_weights,
     scatter,
 )
+from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording, check_same_machine
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 A_SD, B_SD_V = 0.05, 0.0625
 """Amplifiers are trimmed to a = 1 within 5 %; b within 1.25 % of 5 V, the transducers' thermal

@@ -6,12 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from testbed.formats.arrays import Array
 from testbed.formats.intervals import interval90
 
-Array = NDArray[np.float64]
 SHOWN = 0.9
 """A number counts as shown where its interval is narrower than this share of what was known
 before.

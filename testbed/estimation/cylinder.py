@@ -22,10 +22,10 @@ from testbed.compiled import njit
 from testbed.effects.hydraulics_air import compliance_1_pa
 from testbed.effects.sensor_drift_a import zero_pa
 from testbed.effects.sensor_gain import true_pa
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, part, quantity
 from testbed.recording.leg_model import Friction
 
-Array = NDArray[np.float64]
 EXTENDING, RETRACTING = 0, 1
 """Places of the two senses in `Stribeck.sides`."""
 SENSES = {EXTENDING: "plus", RETRACTING: "minus"}

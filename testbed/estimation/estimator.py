@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.sockets import FORM, is_user_class, load_object, numbers_of
 from testbed.machine.names import LEGS
 from testbed.recording.rows import METHODS
 
-Array = NDArray[np.float64]
 SHIPPED = "own"
 """The method that control goes by unless a scenario says otherwise: the whole-body estimate."""
 

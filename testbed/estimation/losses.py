@@ -29,11 +29,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.records import SET
 from testbed.machine.model import Machine
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 LOSS_SHARE = 0.03
 """Of the nominal load; a foot that bears less has lost its contact (E)."""

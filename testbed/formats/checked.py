@@ -29,9 +29,14 @@ ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
 class Checked(BaseModel):
-    """Base of all checked objects: frozen, strict, finite numbers, no unknown key."""
+    """Base of all checked objects: frozen, strict, finite numbers, no unknown key.
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    The docstring below a field is its description in tables, pages and JSON schemas.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
     @model_validator(mode="before")
     @classmethod

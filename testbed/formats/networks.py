@@ -17,12 +17,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.files import whole
 
-Array = NDArray[np.float64]
 MOST_BYTES = 64_000_000
 ALLOWED = "a policy.npz of `testbed train`"
 

@@ -30,6 +30,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
+
 SET = 0.5
 """A flag is recorded as a number: above this it is set."""
 FLOAT_BYTES = np.dtype(np.float64).itemsize
@@ -188,7 +190,7 @@ class Record:
         return [column.name for column in cls.columns()]
 
     @classmethod
-    def as_table(cls, records: NDArray[Any]) -> NDArray[np.float64]:
+    def as_table(cls, records: NDArray[Any]) -> Array:
         """Records (n,) of floats alone as a table (n, columns) that shares their memory.
 
         Raises TypeError where a field is not a float: then there is no such table.
@@ -197,7 +199,7 @@ class Record:
         return records.view(np.float64).reshape(len(records), cls.dtype.itemsize // FLOAT_BYTES)
 
     @classmethod
-    def part_as_table(cls, records: NDArray[Any], name: str) -> NDArray[np.float64]:
+    def part_as_table(cls, records: NDArray[Any], name: str) -> Array:
         """The same of one part of the records: (n, columns of the part)."""
         inner = cls.fields[name].record
         if inner is None:
@@ -206,7 +208,7 @@ class Record:
         return cls.as_table(records)[:, start : start + inner.dtype.itemsize // FLOAT_BYTES]
 
     @classmethod
-    def from_table(cls, table: NDArray[np.float64]) -> NDArray[Any]:
+    def from_table(cls, table: Array) -> NDArray[Any]:
         """The rows of a table (n, columns) as records (n,) of floats; they share its memory where
         they can.
         """
@@ -215,7 +217,7 @@ class Record:
 
 
 def from_columns(
-    record: type[Record], columns: Mapping[str, NDArray[np.float64]], rows: int, **defaults: Any
+    record: type[Record], columns: Mapping[str, Array], rows: int, **defaults: Any
 ) -> NDArray[Any]:
     """Records (rows,) from a table's columns by name; a field whose columns are missing is its
     default, or 0.

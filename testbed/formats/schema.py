@@ -37,11 +37,11 @@ def rows(model: type[BaseModel], prefix: str = "") -> Iterator[Row]:
         path = prefix + name
         models = [m for m in _models(info.annotation) if issubclass(m, BaseModel)]
         if not models:
-            yield Row(path, _default(info), _allowed(info), info.description or "")
+            yield Row(path, _default(info), _allowed(info), _meaning(info))
             continue
         many = _MANY.get(typing.get_origin(info.annotation), "")
         if info.description:
-            yield Row(path, _default(info), many and f"a {many[1]}", info.description)
+            yield Row(path, _default(info), many and f"a {many[1]}", _meaning(info))
         for part in models:
             kind = part.model_fields.get("kind")
             choice = (
@@ -59,6 +59,10 @@ def _models(annotation: Any) -> list[type[BaseModel]]:
     for part in typing.get_args(annotation):
         found += _models(part)
     return found
+
+
+def _meaning(info: FieldInfo) -> str:
+    return " ".join((info.description or "").split())
 
 
 def _default(info: FieldInfo) -> str:

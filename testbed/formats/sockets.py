@@ -79,11 +79,7 @@ def load_class(
 
 
 def load_object(
-    name: str,
-    socket: type,
-    *arguments: Any,
-    field: str,
-    folders: tuple[Path, ...] = (Path(),),
+    name: str, socket: type, *arguments: Any, field: str, folders: tuple[Path, ...] = (Path(),)
 ) -> Any:
     """A fresh object of the class that `FILE.py:Class` names, made from `arguments`. Raises as
     load_class.

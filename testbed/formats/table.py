@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.files import whole
 
-Array = npt.NDArray[np.float64]
 MOST_VALUES, MOST_CSV_BYTES = 1_000_000_000, 4_000_000_000
 """Of a table that is read: numbers of the columns asked for (8 GB in memory), and bytes of a CSV
 file.

@@ -7,11 +7,10 @@ from __future__ import annotations
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 
-Array = npt.NDArray[np.float64]
 Number = TypeVar("Number", float, Array)
 
 

@@ -181,17 +181,3 @@ def friction_step(
         mean += 0.5 * skipped * (bent / slide if abs(slide) > STILL * longest else 1.0)
     force = p.bristle_stiffness * mean + p.bristle_damping * bent / dt
     return float(force + way.viscous * thinning * slide / dt)
-
-
-@njit_law
-def steady_friction(
-    v: float, coulomb_n: float, static_n: float, stribeck_m_s: float, viscous_n_s_m: float
-) -> float:
-    """Equation (4) at constant speed v != 0, N, with the parameters of v's direction; 0 at v =
-    0.
-    """
-    if v == 0.0:
-        return 0.0
-    return viscous_n_s_m * v + math.copysign(
-        stribeck_level(abs(v), coulomb_n, static_n, stribeck_m_s), v
-    )

@@ -9,7 +9,10 @@ tight. pilot: pressure of the other chamber.
 
 from __future__ import annotations
 
+from typing import Any
+
 from testbed.laws.compiling import njit_law
+from testbed.laws.orifice import PortFlow
 
 NO_HOLDING, PILOT_CHECK, COUNTERBALANCE = 0.0, 1.0, 2.0
 """Kinds of load-holding valve."""
@@ -29,3 +32,32 @@ def outlet_share(
         return 1.0
     over = load_pa + pilot_ratio * pilot_pa - setting_pa
     return min(max(over / COUNTERBALANCE_BAND_PA, 0.0), 1.0)
+
+
+@njit_law(forceinline=True)
+def held_port(
+    flow: PortFlow, p: float, pilot: float, pt: float, chamber: Any, to_tank: bool
+) -> PortFlow:
+    """What a load-holding valve lets through of a port's flow; no oil between it and
+    the spool.
+
+    Shut, it is tight: what the spool leaks past it, from supply to tank, is left out. pilot:
+    pressure of the other chamber, Pa.
+    """
+    own = chamber.holding
+    if own.kind == NO_HOLDING:
+        return flow
+    if not to_tank:
+        return flow if flow.supply + flow.tank > 0.0 else PortFlow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if own.kind == PILOT_CHECK:
+        return flow
+    share = outlet_share(own.kind, p - pt, pilot - pt, own.setting, own.pilot_ratio)
+    steeper = -flow.tank / COUNTERBALANCE_BAND_PA if 0.0 < share < 1.0 else 0.0
+    return PortFlow(
+        share * flow.supply,
+        share * flow.tank,
+        share * flow.supply_slope,
+        share * flow.tank_slope + steeper,
+        share * flow.supply_growth,
+        share * flow.tank_growth,
+    )

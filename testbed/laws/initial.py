@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.laws.hydraulics import AxisState
 from testbed.laws.oil import ATMOSPHERE_PA, specific_volume
 from testbed.laws.supply import LOAD_SENSING, SupplyState, supply_oil
-
-Array = NDArray[np.float64]
 
 
 def start_supply(unit: Any, temperature_degc: float, tank_oil_m3: float) -> Any:

@@ -1,8 +1,11 @@
-"""Turbulent flow through one valve edge, smoothed to laminar near zero pressure drop."""
+"""Turbulent flow through one valve edge, smoothed to laminar near zero pressure drop; the flow of a
+port with its two edges.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from testbed.laws.compiling import njit_law
 
@@ -22,3 +25,16 @@ def orifice(drop_pa: float) -> tuple[float, float]:
     inverse = 1.0 / (square + LAMINAR_DROP_PA * LAMINAR_DROP_PA)
     inverse_root = math.sqrt(math.sqrt(inverse))
     return drop_pa * inverse_root, inverse_root * (1.0 - 0.5 * square * inverse)
+
+
+class PortFlow(NamedTuple):
+    """Flow into a port (m3/s), its slopes by the pressure drops (m3/(s Pa)), and its growth with
+    the opening (m3/s).
+    """
+
+    supply: float
+    tank: float
+    supply_slope: float
+    tank_slope: float
+    supply_growth: float
+    tank_growth: float

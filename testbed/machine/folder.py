@@ -30,8 +30,8 @@ from testbed.formats.checked import Checked, Sequence, checked
 from testbed.formats.files import check_links
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import SHIPPED, Machine
+from testbed.machine.overridden import check_kind
 from testbed.machine.provenance import Quantity, quantities_of, read_quantities
-from testbed.machine.ruled import check_kind
 from testbed.machine.scale import exponent
 from testbed.machine.sets import DEFAULT, SetName, machine_set
 
@@ -44,19 +44,18 @@ class Head(Checked):
     """What machine.yaml says beside its numbers."""
 
     format: Literal["roboclimber-machine/1"]
-    name: str = Field(min_length=1, max_length=80, description="what people call it")
-    description: str = Field(default="", description="what it is, one or two sentences")
-    length_scale: float = Field(
-        default=1.0, gt=0.01, le=10.0, description="its size beside ROBOCLIMBER's"
-    )
-    set: SetName = Field(
-        default=DEFAULT,
-        description="which of ROBOCLIMBER's sets gives the numbers that are not here",
-    )
-    without: Annotated[tuple[Literal["drill", "ropes"], ...], Sequence] = Field(
-        default=(), description="what the drawn URDF leaves out"
-    )
-    numbers: dict[str, Any] = Field(default_factory=dict, description="as in roboclimber.yaml")
+    name: str = Field(min_length=1, max_length=80)
+    """what people call it"""
+    description: str = ""
+    """what it is, one or two sentences"""
+    length_scale: float = Field(default=1.0, gt=0.01, le=10.0)
+    """its size beside ROBOCLIMBER's"""
+    set: SetName = DEFAULT
+    """which of ROBOCLIMBER's sets gives the numbers that are not here"""
+    without: Annotated[tuple[Literal["drill", "ropes"], ...], Sequence] = ()
+    """what the drawn URDF leaves out"""
+    numbers: dict[str, Any] = Field(default_factory=dict)
+    """as in roboclimber.yaml"""
 
 
 def machine_folder(given: str | Path, folder: Path = Path()) -> Path:

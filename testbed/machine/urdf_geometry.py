@@ -15,16 +15,15 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.machine.names import JOINTS, LEGS
 from testbed.machine.urdf_check import read_urdf
 
 ROUNDING = 1e-9
 """Lengths (m) and angles (rad) that differ by less are the same."""
 
-Array = NDArray[np.float64]
 STRAIGHT_M = 1.0e-6
 """So far may an axis be off the plan of a leg: kinematics then agree with the engine to a
 micrometre.

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.files import check_links
 from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
@@ -24,8 +24,6 @@ from testbed.recording.quantities import QUANTITIES
 FINEST_COUNT_M = 1e-7
 """Steps below this are a continuous signal's, not an encoder's."""
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 SAME = ("bore_m", "rod_m", "stroke_m", "inclination_deg")
 """What is declared of a machine and cannot change from one recording to the next."""
 
@@ -52,8 +50,8 @@ class Recording:
     oil_temperature_degc: Array | None
     actuator_force_n: Array | None
     reference_force_n: Array | None
-    saturated_a: Mask
-    saturated_b: Mask
+    saturated_a: Flags
+    saturated_b: Flags
     extra: Mapping[str, Array] = field(default_factory=dict)
     """What rides along (a current, a temperature), SI, by the name that the header gives it."""
 

@@ -8,11 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.checked import Checked, Pair, checked
 from testbed.formats.units import UNITS, convertible, si_unit, span_to_si
 from testbed.formats.yaml_files import read_mapping
@@ -25,15 +24,18 @@ FORMAT = "roboclimber-recording/1"
 class Calibration(Checked):
     """p = k_pa_per_v (a V + b), equation (2) of the paper."""
 
-    k_pa_per_v: float = Field(gt=0.0, description="nominal sensitivity, Pa/V")
-    a: float = Field(description="gain, 1 for a sensor as built")
-    b: float = Field(description="zero, V")
+    k_pa_per_v: float = Field(gt=0.0)
+    """nominal sensitivity, Pa/V"""
+    a: float
+    """gain, 1 for a sensor as built"""
+    b: float
+    """zero, V"""
 
-    def pressure_pa(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
+    def pressure_pa(self, volts: Array) -> Array:
         """The pressures that these voltages stand for."""
         return self.k_pa_per_v * (self.a * volts + self.b)
 
-    def volts(self, pressure_pa: NDArray[np.float64]) -> NDArray[np.float64]:
+    def volts(self, pressure_pa: Array) -> Array:
         """The voltages that stood for these pressures."""
         return (pressure_pa / self.k_pa_per_v - self.b) / self.a
 
@@ -41,14 +43,18 @@ class Calibration(Checked):
 class Channel(Checked):
     """Where a quantity is in the table, and what its sensor can do."""
 
-    column: str = Field(min_length=1, description="name of the table's column")
-    unit: str = Field(description="unit of the column; another than SI is converted on reading")
-    resolution: float | None = Field(default=None, gt=0.0, description="smallest step, in `unit`")
-    range_pa: Pair | None = Field(
-        default=None, description="a pressure sensor's ends, Pa: clipped there"
-    )
-    calibration: Calibration | None = Field(default=None, description="of a pressure in V")
-    meaning: str | None = Field(default=None, description="in words what it is")
+    column: str = Field(min_length=1)
+    """name of the table's column"""
+    unit: str
+    """unit of the column; another than SI is converted on reading"""
+    resolution: float | None = Field(default=None, gt=0.0)
+    """smallest step, in `unit`"""
+    range_pa: Pair | None = None
+    """a pressure sensor's ends, Pa: clipped there"""
+    calibration: Calibration | None = None
+    """of a pressure in V"""
+    meaning: str | None = None
+    """in words what it is"""
 
     @field_validator("range_pa")
     @classmethod
@@ -71,17 +77,16 @@ class Channel(Checked):
 class ReferenceForce(Checked):
     """What is known of the true external force."""
 
-    kind: Literal["foot-in-air", "free", "load-cell"] = Field(
-        description="foot-in-air, free: it is 0 N; load-cell: it was measured"
-    )
-    column: str | None = Field(default=None, description="the load cell's column")
-    unit: str | None = Field(
-        default=None, description="of the column, the deviation and the resolution"
-    )
-    standard_deviation: float | None = Field(
-        default=None, ge=0.0, description="of the load cell's noise"
-    )
-    resolution: float | None = Field(default=None, ge=0.0, description="the load cell's step")
+    kind: Literal["foot-in-air", "free", "load-cell"]
+    """foot-in-air, free: it is 0 N; load-cell: it was measured"""
+    column: str | None = None
+    """the load cell's column"""
+    unit: str | None = None
+    """of the column, the deviation and the resolution"""
+    standard_deviation: float | None = Field(default=None, ge=0.0)
+    """of the load cell's noise"""
+    resolution: float | None = Field(default=None, ge=0.0)
+    """the load cell's step"""
 
     @model_validator(mode="after")
     def _load_cell_has_column(self) -> ReferenceForce:
@@ -105,13 +110,20 @@ class ReferenceForce(Checked):
 class AnyHeader(Checked):
     """What every recording.yaml says, whatever was recorded."""
 
-    format: Literal["roboclimber-recording/1"] = Field(description="this format and its version")
-    data: str = Field(min_length=1, description="the table beside it: .parquet or .csv")
-    sample_rate_hz: float = Field(gt=0.0, le=1e6, description="nominal rate; `time` is what counts")
-    channels: dict[str, Channel] = Field(description="quantity -> where it is in the table")
-    description: str | None = Field(default=None, description="in words what was done")
-    source: str | None = Field(default=None, description="where the data come from")
-    licence: str | None = Field(default=None, description="under which they may be used")
+    format: Literal["roboclimber-recording/1"]
+    """this format and its version"""
+    data: str = Field(min_length=1)
+    """the table beside it: .parquet or .csv"""
+    sample_rate_hz: float = Field(gt=0.0, le=1e6)
+    """nominal rate; `time` is what counts"""
+    channels: dict[str, Channel]
+    """quantity -> where it is in the table"""
+    description: str | None = None
+    """in words what was done"""
+    source: str | None = None
+    """where the data come from"""
+    licence: str | None = None
+    """under which they may be used"""
 
     @field_validator("data")
     @classmethod
@@ -125,14 +137,14 @@ class AnyHeader(Checked):
 class Header(AnyHeader):
     """The contents of recording.yaml of one axis."""
 
-    rig: Literal["vertical-leg", "cylinder", "drive"] = Field(
-        description="vertical-leg: hydraulic, on a bench; cylinder: perhaps one chamber only; "
-        "drive: its force is known instead of pressures"
-    )
-    known: Known = Field(description="what is declared about the rig; null = to be identified")
-    reference_force: ReferenceForce | None = Field(
-        default=None, description="the true external force"
-    )
+    rig: Literal["vertical-leg", "cylinder", "drive"]
+    """vertical-leg: hydraulic, on a bench; cylinder: perhaps one chamber only; drive: its force is
+    known instead of pressures
+    """
+    known: Known
+    """what is declared about the rig; null = to be identified"""
+    reference_force: ReferenceForce | None = None
+    """the true external force"""
 
     def in_si(self) -> Header:
         """The same header once the table's columns have been converted."""

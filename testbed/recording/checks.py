@@ -7,13 +7,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis_header import Channel
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 MINIMUM_SAMPLES = 50
 """Fewer rows than this carry no velocity worth the name."""
 RATE_FACTOR = 100.0
@@ -106,7 +104,7 @@ def check_pressure(channel: Channel, values: Array, time: Array, file: Path) -> 
 
 def pressure(
     channel: Channel | None, raw: Array | None, time: Array, file: Path
-) -> tuple[Array | None, Mask | None]:
+) -> tuple[Array | None, Flags | None]:
     """Pressure (n,) in Pa through its calibration, and where the sensor is at the end of its range.
 
     Raises InputError, naming `file`, for pressures far beyond that range.

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.checked import Checked, checked
 from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
@@ -23,26 +23,23 @@ from testbed.recording.axis_header import AnyHeader, check_format, check_quantit
 from testbed.recording.checks import check_finite, check_time
 from testbed.recording.quantities import quantities_of
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
-
 
 class FootScale(Checked):
     """What is declared about a foot: the sizes that a detector measures its force by."""
 
-    nominal_load_n: float | None = Field(
-        default=None, gt=0.0, description="load of the standing foot, N"
-    )
-    breakaway_n: float | None = Field(
-        default=None, ge=0.0, description="error that friction leaves in the force at rest, N"
-    )
+    nominal_load_n: float | None = Field(default=None, gt=0.0)
+    """load of the standing foot, N"""
+    breakaway_n: float | None = Field(default=None, ge=0.0)
+    """error that friction leaves in the force at rest, N"""
 
 
 class FootHeader(AnyHeader):
     """The contents of a foot's recording.yaml."""
 
-    rig: Literal["foot"] = Field(description="one foot whose force is known")
-    known: FootScale = Field(default=FootScale(), description="the foot's own scale")
+    rig: Literal["foot"]
+    """one foot whose force is known"""
+    known: FootScale = FootScale()
+    """the foot's own scale"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +53,7 @@ class FootRecording:
     header: FootHeader
     time_s: Array
     force_n: Array
-    contact: Mask | None
+    contact: Flags | None
 
 
 def read_foot(folder: str | Path, missing: bool = False) -> FootRecording:
@@ -95,7 +92,7 @@ def read_foot_header(path: Path) -> FootHeader:
     return header
 
 
-def as_contact(values: Array, file: Path, column: str, field: str = "channels.contact") -> Mask:
+def as_contact(values: Array, file: Path, column: str, field: str = "channels.contact") -> Flags:
     """Whether the foot carries, (n,): the larger of two values, or any that is not 0 where there is
     only one.
 

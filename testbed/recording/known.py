@@ -33,29 +33,32 @@ class Circuit(Checked):
     constant supply.
     """
 
-    edge_pa: Positive = Field(default=1.0, description="size of edge P-A against the rated flow, 1")
-    edge_at: Positive = Field(default=1.0, description="size of edge A-T, 1")
-    edge_pb: Positive = Field(default=1.0, description="size of edge P-B, 1")
-    edge_bt: Positive = Field(default=1.0, description="size of edge B-T, 1")
-    leakage_pa_m3_s_pa: NotNegative = Field(default=0.0, description="of edge P-A, m3/(s Pa)")
-    leakage_at_m3_s_pa: NotNegative = Field(default=0.0, description="of edge A-T, m3/(s Pa)")
-    leakage_pb_m3_s_pa: NotNegative = Field(default=0.0, description="of edge P-B, m3/(s Pa)")
-    leakage_bt_m3_s_pa: NotNegative = Field(default=0.0, description="of edge B-T, m3/(s Pa)")
-    holding_a: Holding = Field(
-        default="none",
-        description="load-holding valve at A: lets oil out while the spool opens A-T",
-    )
-    holding_b: Holding = Field(default="none", description="load-holding valve at B, likewise")
-    counterbalance_setting_pa: NotNegative = Field(
-        default=1.2e7, description="load pressure at which a counterbalance valve opens alone, Pa"
-    )
-    counterbalance_pilot_ratio: NotNegative = Field(
-        default=3.0, description="how much the other chamber's pressure helps it, 1"
-    )
-    supply: Literal["constant", "varying"] = Field(
-        default="constant",
-        description="varying (load-sensing, unloading): the measured supply pressure drives the edges",
-    )
+    edge_pa: Positive = 1.0
+    """size of edge P-A against the rated flow, 1"""
+    edge_at: Positive = 1.0
+    """size of edge A-T, 1"""
+    edge_pb: Positive = 1.0
+    """size of edge P-B, 1"""
+    edge_bt: Positive = 1.0
+    """size of edge B-T, 1"""
+    leakage_pa_m3_s_pa: NotNegative = 0.0
+    """of edge P-A, m3/(s Pa)"""
+    leakage_at_m3_s_pa: NotNegative = 0.0
+    """of edge A-T, m3/(s Pa)"""
+    leakage_pb_m3_s_pa: NotNegative = 0.0
+    """of edge P-B, m3/(s Pa)"""
+    leakage_bt_m3_s_pa: NotNegative = 0.0
+    """of edge B-T, m3/(s Pa)"""
+    holding_a: Holding = "none"
+    """load-holding valve at A: lets oil out while the spool opens A-T"""
+    holding_b: Holding = "none"
+    """load-holding valve at B, likewise"""
+    counterbalance_setting_pa: NotNegative = 1.2e7
+    """load pressure at which a counterbalance valve opens alone, Pa"""
+    counterbalance_pilot_ratio: NotNegative = 3.0
+    """how much the other chamber's pressure helps it, 1"""
+    supply: Literal["constant", "varying"] = "constant"
+    """varying (load-sensing, unloading): the measured supply pressure drives the edges"""
 
 
 class Known(Checked):
@@ -65,56 +68,42 @@ class Known(Checked):
     number's name.
     """
 
-    bore_m: float | None = Field(
-        default=None, gt=0.0, le=2.0, description="bore of the cylinder, m"
-    )
-    rod_m: float | None = Field(default=None, ge=0.0, le=2.0, description="diameter of the rod, m")
-    stroke_m: float | None = Field(default=None, gt=0.0, le=50.0, description="stroke, m")
-    moving_mass_kg: float | None = Field(
-        default=None, ge=0.0, le=1e6, description="mass that moves with the piston, kg"
-    )
-    inclination_deg: float | None = Field(
-        default=None,
-        ge=-180.0,
-        le=180.0,
-        description="of the axis against the vertical, deg; 0: extends down",
-    )
-    supply_pressure_nominal_pa: float | None = Field(
-        default=None, gt=0.0, description="supply pressure, gauge, Pa"
-    )
-    tank_pressure_pa: float | None = Field(
-        default=None, ge=0.0, description="tank pressure, gauge, Pa"
-    )
-    dead_volume_a_m3: float | None = Field(
-        default=None, ge=0.0, description="oil of chamber A at extension 0, m3"
-    )
-    dead_volume_b_m3: float | None = Field(
-        default=None, ge=0.0, description="oil of chamber B at full stroke, m3"
-    )
-    bulk_modulus_pa: float | None = Field(default=None, gt=0.0, description="of the oil, Pa")
-    valve_rated_flow_m3_s: float | None = Field(
-        default=None, gt=0.0, description="flow of the fully open valve at the rated drop, m3/s"
-    )
-    valve_rated_drop_per_edge_pa: float | None = Field(
-        default=None, gt=0.0, description="the rated drop of one edge, Pa"
-    )
-    valve_natural_frequency_hz: float | None = Field(
-        default=None, gt=0.0, description="of the spool following the command, Hz"
-    )
-    valve_damping: float | None = Field(default=None, gt=0.0, description="of the spool, 1")
-    valve_deadband: float | None = Field(
-        default=None, ge=0.0, lt=1.0, description="share of the spool's way that opens nothing, 1"
-    )
-    internal_leakage_m3_s_pa: float | None = Field(
-        default=None, ge=0.0, description="past the piston, m3/(s Pa)"
-    )
-    cushion_length_m: float | None = Field(
-        default=None, ge=0.0, description="end of the stroke that is damped, m"
-    )
-    circuit: Circuit | None = Field(
-        default=None,
-        description="edges, holding valves and supply where they are not the published model's",
-    )
+    bore_m: float | None = Field(default=None, gt=0.0, le=2.0)
+    """bore of the cylinder, m"""
+    rod_m: float | None = Field(default=None, ge=0.0, le=2.0)
+    """diameter of the rod, m"""
+    stroke_m: float | None = Field(default=None, gt=0.0, le=50.0)
+    """stroke, m"""
+    moving_mass_kg: float | None = Field(default=None, ge=0.0, le=1e6)
+    """mass that moves with the piston, kg"""
+    inclination_deg: float | None = Field(default=None, ge=-180.0, le=180.0)
+    """of the axis against the vertical, deg; 0: extends down"""
+    supply_pressure_nominal_pa: float | None = Field(default=None, gt=0.0)
+    """supply pressure, gauge, Pa"""
+    tank_pressure_pa: float | None = Field(default=None, ge=0.0)
+    """tank pressure, gauge, Pa"""
+    dead_volume_a_m3: float | None = Field(default=None, ge=0.0)
+    """oil of chamber A at extension 0, m3"""
+    dead_volume_b_m3: float | None = Field(default=None, ge=0.0)
+    """oil of chamber B at full stroke, m3"""
+    bulk_modulus_pa: float | None = Field(default=None, gt=0.0)
+    """of the oil, Pa"""
+    valve_rated_flow_m3_s: float | None = Field(default=None, gt=0.0)
+    """flow of the fully open valve at the rated drop, m3/s"""
+    valve_rated_drop_per_edge_pa: float | None = Field(default=None, gt=0.0)
+    """the rated drop of one edge, Pa"""
+    valve_natural_frequency_hz: float | None = Field(default=None, gt=0.0)
+    """of the spool following the command, Hz"""
+    valve_damping: float | None = Field(default=None, gt=0.0)
+    """of the spool, 1"""
+    valve_deadband: float | None = Field(default=None, ge=0.0, lt=1.0)
+    """share of the spool's way that opens nothing, 1"""
+    internal_leakage_m3_s_pa: float | None = Field(default=None, ge=0.0)
+    """past the piston, m3/(s Pa)"""
+    cushion_length_m: float | None = Field(default=None, ge=0.0)
+    """end of the stroke that is damped, m"""
+    circuit: Circuit | None = None
+    """edges, holding valves and supply where they are not the published model's"""
     tolerances: dict[str, Annotated[float, Field(gt=0.0, le=0.5)]] = Field(
         default_factory=dict,
         description=f"number -> share by which it may be off (default {DEFAULT_TOLERANCE:g}); "

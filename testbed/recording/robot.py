@@ -11,11 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
-import numpy.typing as npt
-from pydantic import Field
-
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.checked import Checked, checked
 from testbed.formats.checked import Sequence as Listed
 from testbed.formats.table import read_columns
@@ -30,29 +27,31 @@ from testbed.recording.checks import check_finite, check_pressure, check_span, c
 from testbed.recording.former import UNITS, current_numbers, written_for
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
 
-Array = npt.NDArray[np.float64]
-
 
 class Declared(Checked):
     """A number (or list of numbers) of the machine as the robot believes it."""
 
-    value: Annotated[float | tuple[float, ...], Listed] = Field(description="number, or a list")
-    unit: str = Field(description="as `testbed parameters` lists it")
+    value: Annotated[float | tuple[float, ...], Listed]
+    """number, or a list"""
+    unit: str
+    """as `testbed parameters` lists it"""
 
 
 class RobotHeader(AnyHeader):
     """The contents of a robot's recording.yaml."""
 
-    rig: Literal["robot"] = Field(description="the whole machine")
-    known: dict[str, Declared] = Field(
-        description="parameter of the machine (`testbed parameters`) -> value and unit as believed"
-    )
-    surveyed: Any = Field(
-        default=None, description="what was measured before the run: ropes, payload"
-    )
-    scenario: str | None = Field(default=None, description="the scenario that ran")
-    seed: int | None = Field(default=None, description="its seed")
-    task: str | None = Field(default=None, description="the kind of its task")
+    rig: Literal["robot"]
+    """the whole machine"""
+    known: dict[str, Declared]
+    """parameter of the machine (`testbed parameters`) -> value and unit as believed"""
+    surveyed: Any = None
+    """what was measured before the run: ropes, payload"""
+    scenario: str | None = None
+    """the scenario that ran"""
+    seed: int | None = None
+    """its seed"""
+    task: str | None = None
+    """the kind of its task"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,10 +29,7 @@ RIDES_ALONG = "another name: rides along, for whoever looks for what explains a 
 def tree() -> dict[str, Any]:
     """Kind of rig -> its fields and its quantities, as JSON carries it."""
     return {
-        rig: {
-            "fields": [row._asdict() for row in rows(header)],
-            "quantities": quantities(rig),
-        }
+        rig: {"fields": [row._asdict() for row in rows(header)], "quantities": quantities(rig)}
         for rig, header in RIGS.items()
     }
 

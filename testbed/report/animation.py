@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from testbed.formats.arrays import Array
 from testbed.report.ground import Heights
 from testbed.report.motion import Motion
 from testbed.robot.robot import Robot
@@ -18,7 +18,6 @@ from testbed.robot.robot import Robot
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-Array = npt.NDArray[np.float64]
 MM, TEN_N = 1000.0, 0.1
 
 

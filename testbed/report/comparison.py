@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from testbed.formats.arrays import Array
 from testbed.formats.tree import flattened
 from testbed.machine.names import LEGS, SIDES
 from testbed.report.console import summary_rows
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = npt.NDArray[np.float64]
 COLOURS = (BLUE, VERMILION)
 ABSENT = "–"
 
@@ -111,8 +110,7 @@ def _loads(sides: tuple[Side, Side]) -> Figure:
             ax.plot(
                 *course(truth["t"], truth[f"foot_load_{leg}"] / 1e3), color=colour, label=side.name
             )
-        ax.set_title(f"{leg}, {LEG_NAME[leg]}: truth")
-        ax.set_ylabel("load [kN]")
+        ax.set(title=f"{leg}, {LEG_NAME[leg]}: truth", ylabel="load [kN]")
     return _finished(figure, axes, sides)
 
 
@@ -128,8 +126,7 @@ def _errors(sides: tuple[Side, Side]) -> Figure:
                 ax.plot(*course(side.run.data["t"], found[-1]), color=colour, label=side.name)
         ax.axhline(0.0, color=BLACK, lw=0.6)
         ax.set_ylim(*limits(*found))
-        ax.set_title(f"{leg}, {LEG_NAME[leg]}")
-        ax.set_ylabel("error [N]")
+        ax.set(title=f"{leg}, {LEG_NAME[leg]}", ylabel="error [N]")
     return _finished(figure, axes, sides)
 
 
@@ -140,8 +137,7 @@ def _body(sides: tuple[Side, Side]) -> Figure:
         series = zip(axes, _of_the_body(side), strict=True)
         for ax, (title, unit, values) in series:
             ax.plot(*course(side.run.truth["t"], values), color=colour, label=side.name)
-            ax.set_title(title)
-            ax.set_ylabel(unit)
+            ax.set(title=title, ylabel=unit)
     return _finished(figure, axes, sides)
 
 

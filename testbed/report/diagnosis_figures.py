@@ -13,10 +13,10 @@ from testbed.diagnosis.leg.findings import Diagnosis
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.verification import flow_residual, force_residual, moving
 from testbed.estimation.leg.signals import signals_of
+from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording
 from testbed.report.style import BLUE, GREY, RC, VERMILION, svg
 
-Array = npt.NDArray[np.float64]
 POINTS = 2500
 
 
@@ -98,8 +98,7 @@ def flow_figure(diagnosis: Diagnosis, recording: Recording) -> str | None:
                 series.signals.time_s[at], 1e6 * later[at], color=BLUE, lw=0.6, label="after"
             )
             panel.set_ylim(-limit, limit)
-            panel.set_title(f"chamber {name}")
-            panel.set_xlabel("time, s")
+            panel.set(title=f"chamber {name}", xlabel="time, s")
         panels[0].set_ylabel("flow residual, cm³/s")
         _legend(figure, panels[0])
         text = svg(figure, f"flow-{recording.name}")

@@ -50,11 +50,7 @@ def known_to(effect: Effect) -> dict[str, bool]:
     estimators.
     """
     recordings = any(effect.overrides(term) for term in ("correct", "force", "flow"))
-    return {
-        "world": effect.overrides("hide"),
-        "recordings": recordings,
-        "live": bool(effect.live),
-    }
+    return {"world": effect.in_worlds, "recordings": recordings, "live": bool(effect.live)}
 
 
 def table() -> list[list[str]]:

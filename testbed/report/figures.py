@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.estimation.losses import intervals
+from testbed.formats.arrays import Array, Columns, Flags
 from testbed.formats.records import SET
 from testbed.machine.names import LEGS, SIDES
 from testbed.report.series import course, envelope, limits, spread
@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = npt.NDArray[np.float64]
-Columns = Mapping[str, Array]
 Events = Sequence[Mapping[str, Any]]
 Layers = Sequence[tuple[str, float]]
 LAYER_TINTS = ("#eef0f3", "#dfe2e7")
@@ -73,13 +71,10 @@ def foot_loads(
             data[f"estimate_{name}_{leg}"][seen] / 1e3 for name in names if name != "one_chamber"
         ]
         ax.set_ylim(*limits(true, *near))
-        ax.set_title(f"{leg}, {LEG_NAME[leg]}")
-        ax.set_ylabel("load [kN]")
-        mark(ax, events, start, end)
+        ax.set(title=f"{leg}, {LEG_NAME[leg]}", ylabel="load [kN]")
     handles, labels = axes[0].get_legend_handles_labels()
     add_legend(figure, handles[::-1], labels[::-1], 3)
-    finish_time_axis(axes, start, end)
-    return figure
+    return over_time(figure, axes, (start, end), events)
 
 
 def intervals_held(data: Columns, truth: Columns, events: Events) -> Figure:
@@ -103,13 +98,11 @@ def intervals_held(data: Columns, truth: Columns, events: Events) -> Figure:
         ax.set_ylim(low - 0.15 * (high - low), high)
         _bars(ax, wrong, time_s, low - 0.08 * (high - low), VERMILION, 0.06 * (high - low))
         held = 100.0 * (1.0 - float(wrong.mean()))
-        ax.set_title(f"{leg}, {LEG_NAME[leg]}: truth inside for {held:.0f} % of the time")
-        ax.set_ylabel("less truth [N]")
-        mark(ax, events, start, end)
-    handles, labels = axes[0].get_legend_handles_labels()
-    add_legend(figure, handles, labels, 3)
-    finish_time_axis(axes, start, end)
-    return figure
+        ax.set(
+            title=f"{leg}, {LEG_NAME[leg]}: truth inside for {held:.0f} % of the time",
+            ylabel="less truth [N]",
+        )
+    return over_time(figure, axes, (start, end), events, 3)
 
 
 def estimate_errors(data: Columns, truth: Columns, events: Events) -> Figure:
@@ -130,11 +123,7 @@ def estimate_errors(data: Columns, truth: Columns, events: Events) -> Figure:
         ax.set_title(f"{method_name(method)}: {rms(every.ravel()):.0f} N rms")
         ax.set_ylim(*limits(*errors.values(), np.zeros(1)))
         ax.set_ylabel("error [N]")
-        mark(ax, events, start, end)
-    handles, labels = axes[0].get_legend_handles_labels()
-    add_legend(figure, handles, labels, 4)
-    finish_time_axis(axes, start, end)
-    return figure
+    return over_time(figure, axes, (start, end), events, 4)
 
 
 def residuals(data: Columns, method: str, suspect: Suspect | None, events: Events) -> Figure:
@@ -167,9 +156,7 @@ def residuals(data: Columns, method: str, suspect: Suspect | None, events: Event
         )
         ax.set_ylim(low, high)
         ax.set_ylabel("residual [N]")
-        mark(ax, events, float(time_s[0]), float(time_s[-1]))
-    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
-    return figure
+    return over_time(figure, axes, time_s[[0, -1]], events)
 
 
 def pressures(data: Columns, truth: Columns, events: Events) -> Figure:
@@ -187,23 +174,14 @@ def pressures(data: Columns, truth: Columns, events: Events) -> Figure:
                 lw=0.8,
                 label=label,
             )
-        ax.set_title(f"{leg} vertical")
-        ax.set_ylabel("[bar]")
-        mark(ax, events, float(time_s[0]), float(time_s[-1]))
+        ax.set(title=f"{leg} vertical", ylabel="[bar]")
     axes[4].plot(*envelope(time_s, data["supply_pressure"] / 1e5), color=GREEN, lw=0.8)
-    axes[4].set_title("supply")
-    axes[4].set_ylabel("[bar]")
+    axes[4].set(title="supply", ylabel="[bar]")
     if pumped:
         power = truth["pump_power"] / 1e3
         axes[5].plot(*envelope(truth["t"], power), color=PURPLE, lw=0.8)
-        axes[5].set_title(f"pump: {power.mean():.2g} kW on average")
-        axes[5].set_ylabel("[kW]")
-    for ax in axes[4:]:
-        mark(ax, events, float(time_s[0]), float(time_s[-1]))
-    handles, labels = axes[0].get_legend_handles_labels()
-    add_legend(figure, handles, labels, 2)
-    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
-    return figure
+        axes[5].set(title=f"pump: {power.mean():.2g} kW on average", ylabel="[kW]")
+    return over_time(figure, axes, time_s[[0, -1]], events, 2)
 
 
 def ropes_and_drill(
@@ -230,22 +208,16 @@ def ropes_and_drill(
         axes[0].plot(
             *course(time_s, rope_tension_n(truth, side) / 1e3), color=colour, lw=1.2, label=side
         )
-    axes[0].set_title("rope tension, true over read")
-    axes[0].set_ylabel("[kN]")
+    axes[0].set(title="rope tension, true over read", ylabel="[kN]")
     axes[0].legend(loc="best", ncols=2)
     if drills:
         axes[1].plot(*envelope(time_s, force / 1e3), color=ORANGE, lw=0.7)
-        axes[1].set_title("drill's reaction, + lifts the body")
-        axes[1].set_ylabel("[kN]")
+        axes[1].set(title="drill's reaction, + lifts the body", ylabel="[kN]")
         axes[2].plot(*envelope(time_s, torque), color=SKY, lw=0.8)
-        axes[2].set_title("drill's moment on the body")
-        axes[2].set_ylabel("[N m]")
+        axes[2].set(title="drill's moment on the body", ylabel="[N m]")
     if deep:
         _hole(axes[-1], time_s, truth["hole_depth"], layers)
-    for ax in axes:
-        mark(ax, events, float(time_s[0]), float(time_s[-1]))
-    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
-    return figure
+    return over_time(figure, axes, time_s[[0, -1]], events)
 
 
 def _hole(ax: Axes, time_s: Array, depth_m: Array, layers: Layers) -> None:
@@ -271,8 +243,10 @@ def _hole(ax: Axes, time_s: Array, depth_m: Array, layers: Layers) -> None:
         top = bottom
     ax.plot(*envelope(time_s, depth_m), color=BLUE)
     ax.set_ylim(high + room, max(low - room, 0.0))
-    ax.set_title("depth of the hole, over the rock's layers" if layers else "depth of the hole")
-    ax.set_ylabel("[m]")
+    ax.set(
+        title="depth of the hole, over the rock's layers" if layers else "depth of the hole",
+        ylabel="[m]",
+    )
 
 
 def contacts(data: Columns, truth: Columns, events: Events, loss_n: float = LOSS_FORCE_N) -> Figure:
@@ -360,12 +334,7 @@ def _slice(time_s: Array, start: float, end: float) -> slice:
 
 
 def _bars(
-    ax: Axes,
-    flags: npt.NDArray[np.bool_],
-    time_s: Array,
-    row: float,
-    colour: str,
-    height: float = 0.26,
+    ax: Axes, flags: Flags, time_s: Array, row: float, colour: str, height: float = 0.26
 ) -> None:
     step = float(np.median(np.diff(time_s)))
     spans = [
@@ -373,6 +342,25 @@ def _bars(
         for start, stop in intervals(flags, time_s)
     ]
     ax.broken_barh(spans, (row - 0.5 * height, height), facecolors=colour, edgecolors="none")
+
+
+def over_time(
+    figure: Figure,
+    axes: list[Axes],
+    span_s: Sequence[float] | Array,
+    events: Events,
+    legend_columns: int = 0,
+) -> Figure:
+    """The figure with its events marked, its time axis and, in so many columns, the legend of its
+    first axes.
+    """
+    start, end = (float(edge) for edge in span_s)
+    for ax in axes:
+        mark(ax, events, start, end)
+    if legend_columns:
+        add_legend(figure, *axes[0].get_legend_handles_labels(), legend_columns)
+    finish_time_axis(axes, start, end)
+    return figure
 
 
 def mark(ax: Axes, events: Events, start: float, end: float) -> None:

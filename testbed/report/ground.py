@@ -7,12 +7,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from testbed.formats.arrays import Array
 from testbed.scenario.terrain import Terrain
 from testbed.world.ground.terrain import make_ground
 
-Array = npt.NDArray[np.float64]
 CELL_M, ROOM_M, MOST_CELLS = 0.2, 1.6, 60
 
 

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from testbed.formats.arrays import Columns
 from testbed.machine.names import LEGS, SIDES
 from testbed.report.animation import frames, scene
 from testbed.report.ground import heights_around
-from testbed.report.motion import Columns, Motion, motion_at
+from testbed.report.motion import Motion, motion_at
 from testbed.report.page import policy, render, script
 from testbed.robot.robot import Robot
 from testbed.scenario.scenario import Scenario

@@ -5,20 +5,18 @@ The frame stands still: x up the slope, y left, z off it, through the world's or
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from testbed.estimation.losses import loss_force_n
+from testbed.formats.arrays import Array, Columns
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.robot.attitude import rotations_of
 from testbed.robot.robot import Robot
 
-Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
-Columns = Mapping[str, Array]
 FRAME_S, MOST_FRAMES = 0.1, 400
 
 

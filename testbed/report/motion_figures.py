@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from testbed.formats.arrays import Array, Columns
 from testbed.machine.names import JOINTS, LEGS
-from testbed.report.figures import Events, mark
+from testbed.report.figures import Events, over_time
 from testbed.report.ground import Heights
 from testbed.report.motion import Motion, footholds, support
 from testbed.report.series import course, envelope
@@ -21,7 +20,6 @@ from testbed.report.style import (
     VERMILION,
     WIDTH_IN,
     add_legend,
-    finish_time_axis,
     new_figure,
 )
 
@@ -29,8 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = npt.NDArray[np.float64]
-Columns = Mapping[str, Array]
 PLAN_IN, PLAN_ROOM = 4.6, 1.12
 SUPPORT = (0.0, 0.447, 0.698, 0.18)
 """Blue that lets the rock show through."""
@@ -60,9 +56,11 @@ def plan_view(motion: Motion, weakest: Motion, margin: float, ground: Heights | 
         ax.plot(stood[:, 1], stood[:, 0], "o", ms=5, mfc="none", color=LEG_COLOUR[leg], label=leg)
     ax.plot(path[:, 1], path[:, 0], color=BLACK, lw=1.4, label="body")
     ax.plot(path[-1, 1], path[-1, 0], "o", color=BLACK, ms=3)
-    ax.set_title(f"least stability margin {margin:.3f}, at {weakest.time_s[0]:.1f} s")
-    ax.set_xlabel("across the slope, left is + [m]")
-    ax.set_ylabel("up the slope [m]")
+    ax.set(
+        title=f"least stability margin {margin:.3f}, at {weakest.time_s[0]:.1f} s",
+        xlabel="across the slope, left is + [m]",
+        ylabel="up the slope [m]",
+    )
     add_legend(figure, *ax.get_legend_handles_labels(), 4)
     return figure
 
@@ -117,12 +115,8 @@ def strokes(data: Columns, events: Events) -> Figure:
             )
             if wanted is not None:
                 ax.plot(*course(time_s, factor * wanted), color=colour, lw=0.7, ls="--")
-        ax.set_title(joint)
-        ax.set_ylabel(unit)
-        mark(ax, events, float(time_s[0]), float(time_s[-1]))
-    add_legend(figure, *axes[0].get_legend_handles_labels(), 4)
-    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
-    return figure
+        ax.set(title=joint, ylabel=unit)
+    return over_time(figure, axes, time_s[[0, -1]], events, 4)
 
 
 def body(truth: Columns, up_m: Array, tilt_deg: Array, margin: Array, events: Events) -> Figure:
@@ -136,12 +130,9 @@ def body(truth: Columns, up_m: Array, tilt_deg: Array, margin: Array, events: Ev
     )
     for ax, (values, title, unit, colour) in zip(axes, rows, strict=True):
         ax.plot(*envelope(time_s, values), color=colour)
-        ax.set_title(title)
-        ax.set_ylabel(unit)
-        mark(ax, events, float(time_s[0]), float(time_s[-1]))
+        ax.set(title=title, ylabel=unit)
     axes[2].set_ylim(bottom=0.0)
-    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
-    return figure
+    return over_time(figure, axes, time_s[[0, -1]], events)
 
 
 def grip(truth: Columns, friction: float, events: Events, bears_n: float) -> Figure:
@@ -152,13 +143,9 @@ def grip(truth: Columns, friction: float, events: Events, bears_n: float) -> Fig
         use = friction_use(truth, leg, friction, bears_n)
         ax.plot(*envelope(time_s, use), color=LEG_COLOUR[leg], label=leg)
     ax.axhline(1.0, color=BLACK, lw=0.8, ls="--")
-    ax.set_title(f"friction use, of a coefficient of {friction:g}")
-    ax.set_ylabel("[share]")
+    ax.set(title=f"friction use, of a coefficient of {friction:g}", ylabel="[share]")
     ax.set_ylim(0.0, 1.15)
-    mark(ax, events, float(time_s[0]), float(time_s[-1]))
-    add_legend(figure, *ax.get_legend_handles_labels(), 4)
-    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
-    return figure
+    return over_time(figure, axes, time_s[[0, -1]], events, 4)
 
 
 def friction_use(truth: Columns, leg: str, friction: float, bears_n: float) -> Array:

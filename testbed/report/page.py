@@ -1,4 +1,5 @@
-"""Pages: one self-contained HTML file each, made from templates.
+"""Pages: one self-contained HTML file each, made from templates; and tables as data, which
+the console and the pages show.
 
 What comes from data is escaped by the template engine. A page may run no script but this folder's
 `animation.js`, and
@@ -17,15 +18,32 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from markupsafe import Markup
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
+
+class Table(NamedTuple):
+    """What one table shows."""
+
+    title: str
+    heads: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+def markdown(table: Table) -> str:
+    """The table as Markdown, its title as a heading."""
+    lines = [table.heads, ["---"] * len(table.heads), *table.rows]
+    body = "\n".join(
+        f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |" for row in lines
+    )
+    return f"## {table.title}\n\n{body}\n"
+
+
 SCRIPT = "animation.js"
 Filters = Mapping[str, Callable[..., str]]
 
 
-def render(
-    template: str,
-    contents: Mapping[str, Any],
-    filters: Filters | None = None,
-) -> str:
+def render(template: str, contents: Mapping[str, Any], filters: Filters | None = None) -> str:
     """The text of a page. `template`: a file of this folder, or a path below the package.
 
     `filters`: what the template calls beside Jinja's own.

@@ -8,17 +8,16 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.diagnosis.robot.diagnose import LEARNT_SHARE, RobotDiagnosis
 from testbed.diagnosis.robot.findings import as_json, spoken
 from testbed.diagnosis.robot.groups import FORCES, LINE
 from testbed.effects import by_name
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
 from testbed.report.page import render
 from testbed.report.style import BLUE, GREY, RC, svg
 
-Array = npt.NDArray[np.float64]
 COMPONENTS = ("up the slope, N", "to the left, N", "off the slope, N")
 SHOWN = 8
 """So many rivals stand in the table."""
@@ -102,8 +101,7 @@ def force_figure(diagnosis: RobotDiagnosis) -> str:
                 along = np.einsum("nj,nj->n", frames[:, axis], values[:, :3])
                 panel.plot(body.seen.time_s, along, color=colour, lw=1.0, label=label)
             panel.axhline(0.0, color="#1a1a1a", lw=0.6)
-            panel.set_title(words)
-            panel.set_xlabel("time, s")
+            panel.set(title=words, xlabel="time, s")
         panels[0].legend(loc="upper left")
         figure.tight_layout()
         text = svg(figure, "robot-force")

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.estimation.losses import loss_force_n
+from testbed.formats.arrays import Array, Columns
 from testbed.machine.names import AXES, LEGS
 from testbed.report import figures, motion_figures
 from testbed.report.ground import Heights, heights_around
@@ -23,8 +23,6 @@ from testbed.simulation.residuals import Suspect, best_method, load_residuals
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = npt.NDArray[np.float64]
-Columns = Mapping[str, Array]
 CLOSE_UP_S = 3.0
 """Shorter runs are close up as they are."""
 

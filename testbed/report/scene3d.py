@@ -9,14 +9,15 @@ them. World frame: x towards the slope, y left, z up; m, N, Pa, s.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from testbed.errors import InputError
+from testbed.errors import InputError, extra
+from testbed.formats.arrays import Array, Columns
 from testbed.formats.files import whole
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.report.style import LEG_COLOUR
@@ -33,8 +34,6 @@ from testbed.simulation.residuals import best_method
 from testbed.simulation.runs import RecordedRun, read_run
 from testbed.world.ground.terrain import Ground, anchors_in_world, make_ground
 
-Array = npt.NDArray[np.float64]
-Columns = Mapping[str, Array]
 FRAME_HZ, MOST_ROWS = 50.0, 60_000
 M_A_NEWTON, ASIDE_M = 1e-4, 0.25
 """Length of an arrow for a newton: a foot's ten kilonewtons are a metre; and how far beside the
@@ -53,24 +52,13 @@ GROUND, PATCH, ROPE, DRILL, TRUE = (
 )
 
 
-def library() -> Any:
-    """Rerun. Raises InputError with the command that installs it."""
-    try:
-        import rerun
-    except ImportError as error:
-        raise InputError(
-            "needs the extra `view`", allowed="pip install 'roboclimber-testbed[view]'"
-        ) from error
-    return rerun
-
-
 def write_scene(folder: str | Path) -> Path:
     """Write `scene.rrd` into a run's folder and return its path; works for a killed run too.
 
     Raises InputError where the folder holds no readable run, the run has no poses, or rerun is not
     installed.
     """
-    rr = library()
+    rr = extra("rerun", "view")
     run = read_run(folder)
     if (
         "body_pose_in_world_x" not in run.truth

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from testbed.formats.arrays import Array
 
 
 def envelope(time_s: Array, values: Array, bins: int = 420) -> tuple[Array, Array]:

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from testbed.formats.arrays import Array
 from testbed.formats.tree import flattened
 from testbed.report.page import render
 from testbed.report.style import RC, svg
@@ -17,7 +17,6 @@ from testbed.simulation.sweep import table
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = npt.NDArray[np.float64]
 Results = Sequence[Mapping[str, Any]]
 WORST, MOST_ROWS, MOST_CELLS = 8, 200, 24
 

@@ -8,11 +8,10 @@ from math import cos, sin
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from testbed.compiled import njit
-
-Array = NDArray[np.float64]
+from testbed.formats.arrays import Array
 
 
 def rotation_from_attitude(rpy: Array) -> Array:

@@ -11,14 +11,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.robot.urdf.generate import hip_m, radial_direction_rad
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -29,13 +29,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from testbed.compiled import njit
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 from testbed.machine.frame_groups import RotationLinkage, SlideLinkage
 from testbed.machine.groups import SlideCylinder
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, JOINTS
 
-Array = NDArray[np.float64]
 LINEAR, LEVER, INCLINED = 0, 1, 2
 LEAST_ARM = 0.1
 """A cylinder that stands more across its slide than this pushes the guides, not the slide (E)."""

@@ -21,11 +21,10 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
 from testbed.machine.urdf_check import read_urdf
 from testbed.robot.loads.foot_forces import LegNumbers
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,10 @@ from typing import Any
 
 import daqp
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from testbed.formats.arrays import Array
+
 SIDES = 8
 """Edges of the pyramid that stands for a friction cone; its facets lie up to 8 % inside."""
 MOST = 10.0

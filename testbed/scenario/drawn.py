@@ -37,14 +37,22 @@ GROUND = "terrain.stiffness_n_m"
 class Tolerance(Checked):
     """By how much one number of a machine that was built differs from its drawing."""
 
-    number: str = Field(min_length=1, description="path, or effect@place.parameter; * for each")
-    by: Literal["factor", "offset", "value"] = Field(description="what the draw does")
-    range: Pair = Field(description="the draw lies between these")
-    unit: str = Field(description="of the draw")
-    spread: Literal["uniform", "triangular"] = Field(description="how draws lie in the range")
-    chance: float = Field(default=1.0, gt=0.0, le=1.0, description="share of machines that have it")
-    mark: Literal["A", "B", "C", "D", "E"] = Field(description="as in roboclimber.yaml")
-    source: str = Field(min_length=1, description="where the range comes from")
+    number: str = Field(min_length=1)
+    """path, or effect@place.parameter; * for each"""
+    by: Literal["factor", "offset", "value"]
+    """what the draw does"""
+    range: Pair
+    """the draw lies between these"""
+    unit: str
+    """of the draw"""
+    spread: Literal["uniform", "triangular"]
+    """how draws lie in the range"""
+    chance: float = Field(default=1.0, gt=0.0, le=1.0)
+    """share of machines that have it"""
+    mark: Literal["A", "B", "C", "D", "E"]
+    """as in roboclimber.yaml"""
+    source: str = Field(min_length=1)
+    """where the range comes from"""
 
     def names(self) -> tuple[str, ...]:
         """The numbers that it stands for, every one drawn by itself."""

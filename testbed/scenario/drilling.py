@@ -18,122 +18,90 @@ RockKind = Literal["hard", "medium", "soft", "fractured", "void"]
 class Layer(Checked):
     """One layer of rock along the hole; `void` is a gap into which the string falls."""
 
-    kind: RockKind = Field(description="hard, medium, soft, fractured or void")
-    thickness_m: float = Field(gt=0, le=100, description="thickness along the hole [m]")
+    kind: RockKind
+    """hard, medium, soft, fractured or void"""
+    thickness_m: float = Field(gt=0, le=100)
+    """thickness along the hole [m]"""
 
 
 class Stuck(Checked):
     """A place where the string sticks while it is pulled out."""
 
-    depth_m: float = Field(ge=0, le=30, description="depth of the bit at which it happens [m]")
-    hold_n: float = Field(
-        default=16000.0,
-        gt=0,
-        le=60000,
-        description="pull that frees it at once; blows wear it down [N]",
-    )
+    depth_m: float = Field(ge=0, le=30)
+    """depth of the bit at which it happens [m]"""
+    hold_n: float = Field(default=16000.0, gt=0, le=60000)
+    """pull that frees it at once; blows wear it down [N]"""
 
 
 class Rock(Checked):
     """What the hole goes through: layers as given, below them layers drawn by seed."""
 
-    seed: int | None = Field(default=None, ge=0, description="seed of the layers; null: the run's")
-    layers: Annotated[tuple[Layer, ...], Sequence] = Field(
-        default=(), description="layers from the surface down; drawn by seed below the last"
-    )
-    mean_thickness_m: float = Field(
-        default=0.8, ge=0.05, le=20, description="mean thickness of a drawn layer [m]"
-    )
-    strength_spread: float = Field(
-        default=0.0,
-        ge=0,
-        le=1.5,
-        description="standard deviation of the logarithm of each layer's specific energy about its kind's",
-    )
-    void_share: float = Field(
-        default=0.05, ge=0, le=0.9, description="share of drawn layers that are voids"
-    )
-    void_m: float = Field(default=0.12, gt=0, le=2, description="mean height of a drawn void [m]")
-    stuck: Annotated[tuple[Stuck, ...], Sequence] = Field(
-        default=(), description="places where the string sticks while it is pulled"
-    )
-    stick_probability: float = Field(
-        default=0.1,
-        ge=0,
-        le=1,
-        description="probability that a rod sticks somewhere on its way out",
-    )
+    seed: int | None = Field(default=None, ge=0)
+    """seed of the layers; null: the run's"""
+    layers: Annotated[tuple[Layer, ...], Sequence] = ()
+    """layers from the surface down; drawn by seed below the last"""
+    mean_thickness_m: float = Field(default=0.8, ge=0.05, le=20)
+    """mean thickness of a drawn layer [m]"""
+    strength_spread: float = Field(default=0.0, ge=0, le=1.5)
+    """standard deviation of the logarithm of each layer's specific energy about its kind's"""
+    void_share: float = Field(default=0.05, ge=0, le=0.9)
+    """share of drawn layers that are voids"""
+    void_m: float = Field(default=0.12, gt=0, le=2)
+    """mean height of a drawn void [m]"""
+    stuck: Annotated[tuple[Stuck, ...], Sequence] = ()
+    """places where the string sticks while it is pulled"""
+    stick_probability: float = Field(default=0.1, ge=0, le=1)
+    """probability that a rod sticks somewhere on its way out"""
 
 
 class DrillHole(Checked):
     """Drill one hole: position, collar, drill, add rods, and extract them one by one."""
 
     kind: Literal["drill_hole"]
-    start_s: float = Field(default=3.0, ge=0, description="time at which the bit is lowered [s]")
-    depth_m: float = Field(default=1.0, gt=0, le=30, description="depth of the hole [m]")
-    drilled_m: float = Field(
-        default=0.0, ge=0, le=30, description="depth at the start; the string stands in it [m]"
-    )
-    rods: int = Field(default=14, ge=1, le=40, description="rods on board, one of them in the mast")
-    rod_kg: float = Field(
-        default=10.2, gt=0, le=100, description="mass of a rod: a tube 10.2, a solid bar 53 [kg]"
-    )
-    rod_length_m: float = Field(default=1.5, ge=0.1, le=3, description="length of a rod [m]")
-    feed_n: float = Field(
-        default=5000.0, ge=500, le=20000, description="feed force while drilling [N]"
-    )
-    torque_nm: float = Field(
-        default=300.0, ge=0, le=5000, description="torque on the rod in hard rock [N m]"
-    )
-    blow_hz: float = Field(
-        default=35.0, ge=23, le=50, description="blows of the hammer a second [Hz]"
-    )
-    blow_n: float = Field(
-        default=1500.0,
-        ge=0,
-        le=20000,
-        description="peak of a blow's reaction on the body in hard rock [N]",
-    )
-    collar_m: float = Field(
-        default=0.05, ge=0, le=1, description="first part of the hole, drilled gently [m]"
-    )
-    collar_share: float = Field(
-        default=0.5, gt=0, le=1, description="feed and blows while collaring, of the full ones"
-    )
-    position_s: float = Field(
-        default=2.0, gt=0, le=60, description="time to lower the mast and set the bit [s]"
-    )
-    rod_change_s: float = Field(
-        default=6.0, ge=1, le=600, description="time to add or take off a rod [s]"
-    )
-    feed_speed_m_s: float = Field(
-        default=0.2, gt=0, le=1, description="speed of the sledge in voids and out [m/s]"
-    )
-    ramp_s: float = Field(
-        default=0.3, gt=0, le=10, description="time in which feed, torque and pull build up [s]"
-    )
-    pull_n: float = Field(
-        default=2500.0, ge=0, le=20000, description="pull on a string that comes freely [N]"
-    )
-    pull_max_n: float = Field(
-        default=25000.0,
-        gt=0,
-        le=60000,
-        description="pull at which the feed's cylinder stalls on a stuck rod [N]",
-    )
-    jam_free_s: float = Field(
-        default=8.0,
-        gt=0,
-        le=600,
-        description="time to draw a jammed bit back and turn it free, while drilling [s]",
-    )
-    give_up_s: float = Field(
-        default=60.0, gt=0, le=3600, description="a rod stuck for this long is left behind [s]"
-    )
-    extract: bool = Field(default=True, description="take the rods out when the depth is reached")
-    keep_mast: bool = Field(
-        default=True, description="the vertical joints keep the mast at right angles to the slope"
-    )
+    start_s: float = Field(default=3.0, ge=0)
+    """time at which the bit is lowered [s]"""
+    depth_m: float = Field(default=1.0, gt=0, le=30)
+    """depth of the hole [m]"""
+    drilled_m: float = Field(default=0.0, ge=0, le=30)
+    """depth at the start; the string stands in it [m]"""
+    rods: int = Field(default=14, ge=1, le=40)
+    """rods on board, one of them in the mast"""
+    rod_kg: float = Field(default=10.2, gt=0, le=100)
+    """mass of a rod: a tube 10.2, a solid bar 53 [kg]"""
+    rod_length_m: float = Field(default=1.5, ge=0.1, le=3)
+    """length of a rod [m]"""
+    feed_n: float = Field(default=5000.0, ge=500, le=20000)
+    """feed force while drilling [N]"""
+    torque_nm: float = Field(default=300.0, ge=0, le=5000)
+    """torque on the rod in hard rock [N m]"""
+    blow_hz: float = Field(default=35.0, ge=23, le=50)
+    """blows of the hammer a second [Hz]"""
+    blow_n: float = Field(default=1500.0, ge=0, le=20000)
+    """peak of a blow's reaction on the body in hard rock [N]"""
+    collar_m: float = Field(default=0.05, ge=0, le=1)
+    """first part of the hole, drilled gently [m]"""
+    collar_share: float = Field(default=0.5, gt=0, le=1)
+    """feed and blows while collaring, of the full ones"""
+    position_s: float = Field(default=2.0, gt=0, le=60)
+    """time to lower the mast and set the bit [s]"""
+    rod_change_s: float = Field(default=6.0, ge=1, le=600)
+    """time to add or take off a rod [s]"""
+    feed_speed_m_s: float = Field(default=0.2, gt=0, le=1)
+    """speed of the sledge in voids and out [m/s]"""
+    ramp_s: float = Field(default=0.3, gt=0, le=10)
+    """time in which feed, torque and pull build up [s]"""
+    pull_n: float = Field(default=2500.0, ge=0, le=20000)
+    """pull on a string that comes freely [N]"""
+    pull_max_n: float = Field(default=25000.0, gt=0, le=60000)
+    """pull at which the feed's cylinder stalls on a stuck rod [N]"""
+    jam_free_s: float = Field(default=8.0, gt=0, le=600)
+    """time to draw a jammed bit back and turn it free, while drilling [s]"""
+    give_up_s: float = Field(default=60.0, gt=0, le=3600)
+    """a rod stuck for this long is left behind [s]"""
+    extract: bool = True
+    """take the rods out when the depth is reached"""
+    keep_mast: bool = True
+    """the vertical joints keep the mast at right angles to the slope"""
     rock: Rock = Rock()
 
     @property

@@ -34,12 +34,7 @@ def machines_of(scenario: Scenario, file: str | Path = "scenario") -> Machines:
         world["power_unit.supply_pressure_pa"] = hydraulics.supply_pressure_pa
     chosen = scenario.machine.set
     drawing = build_machine(
-        world,
-        urdf=urdf,
-        folder=folder,
-        file=file,
-        section="hydraulics.parameters",
-        of_set=chosen,
+        world, urdf=urdf, folder=folder, file=file, section="hydraulics.parameters", of_set=chosen
     )
     drawn = draw_machine(scenario.machine.draw, scenario.machine.seed, drawing)
     truth = drawing.replaced(drawn.changes, source="drawn from tolerances")

@@ -17,11 +17,9 @@ from testbed.machine.urdf_check import lacking
 from testbed.resources import scenario as scenario_path
 from testbed.scenario.control_parts import Control, Estimator, Model
 from testbed.scenario.drilling import DrillHole
-from testbed.scenario.events import Event, LiftFoot, Payload, SetRope, Stop, Turn
-from testbed.scenario.expectation import Expect, Mutation
-from testbed.scenario.inert import put_out_of_use
+from testbed.scenario.events import Event, Expect, LiftFoot, Mutation, Payload, SetRope, Stop, Turn
 from testbed.scenario.machines import machines_of
-from testbed.scenario.possible import check_possible
+from testbed.scenario.possible import check_possible, put_out_of_use
 from testbed.scenario.raw import locate, put, spell_chain
 from testbed.scenario.tasks import Chain, Crawl, Drill, Program, RodChange, Stand, Sway, Task
 from testbed.scenario.terrain import Terrain
@@ -41,18 +39,16 @@ FORMAT = "roboclimber-scenario/1"
 class Scenario(Checked):
     """One scenario, checked and frozen."""
 
-    format: Literal["roboclimber-scenario/1"] = Field(description="format of the file")
-    name: str = Field(
-        min_length=1,
-        max_length=80,
-        pattern=r"^[^\W_][\w.-]*$",
-        description="short name; folders are called after it; the file's, where none is given",
-    )
-    description: str = Field(default="", description="what it is for, one or two sentences")
-    seed: int = Field(
-        default=0, ge=0, le=2**32 - 1, description="seed of everything random in the run"
-    )
-    duration_s: float = Field(default=10.0, gt=0, le=90_000, description="simulated time [s]")
+    format: Literal["roboclimber-scenario/1"]
+    """format of the file"""
+    name: str = Field(min_length=1, max_length=80, pattern=r"^[^\W_][\w.-]*$")
+    """short name; folders are called after it; the file's, where none is given"""
+    description: str = ""
+    """what it is for, one or two sentences"""
+    seed: int = Field(default=0, ge=0, le=2**32 - 1)
+    """seed of everything random in the run"""
+    duration_s: float = Field(default=10.0, gt=0, le=90_000)
+    """simulated time [s]"""
     rates: Rates = Rates()
     terrain: Terrain = Terrain()
     machine: OwnMachine = OwnMachine()
@@ -61,20 +57,16 @@ class Scenario(Checked):
     hydraulics: Hydraulics = Hydraulics()
     sensors: Sensors = Sensors()
     task: Task = Stand()
-    events: Annotated[tuple[Event, ...], Sequence] = Field(
-        default=(), description="things that happen at a given time"
-    )
+    events: Annotated[tuple[Event, ...], Sequence] = ()
+    """things that happen at a given time"""
     control: Control = Control()
     model: Model = Model()
     estimator: Estimator = Estimator()
-    undeclared: Annotated[tuple[Undeclared, ...], Sequence] = Field(
-        default=(), description="effects of the world that the model lacks"
-    )
+    undeclared: Annotated[tuple[Undeclared, ...], Sequence] = ()
+    """effects of the world that the model lacks"""
     expect: Expect = Expect()
-    mutation: Mutation | None = Field(
-        default=None,
-        description="a change under which `expect` must fail; tests apply it, a run does not",
-    )
+    mutation: Mutation | None = None
+    """a change under which `expect` must fail; tests apply it, a run does not"""
 
     @model_validator(mode="after")
     def _events_can_happen(self) -> Scenario:
@@ -209,7 +201,7 @@ def _on_its_slope(scenario: Scenario) -> Scenario:
     terrain = scenario.terrain
     if terrain.elevation is None:
         return scenario
-    from testbed.scenario.elevation_slope import slope_of
+    from testbed.scenario.elevation import slope_of
 
     changed = terrain.model_copy(update={"slope_deg": slope_of(terrain)})
     return scenario.model_copy(update={"terrain": changed})

@@ -35,11 +35,12 @@ class Latin(Checked):
     part used once.
     """
 
-    samples: int = Field(ge=1, le=MOST_RUNS, description="number of samples")
-    seed: int = Field(default=0, ge=0, description="seed of the draw")
-    ranges: dict[str, Pair] = Field(
-        min_length=1, description="dotted path -> [low, high]; all are drawn together"
-    )
+    samples: int = Field(ge=1, le=MOST_RUNS)
+    """number of samples"""
+    seed: int = Field(default=0, ge=0)
+    """seed of the draw"""
+    ranges: dict[str, Pair] = Field(min_length=1)
+    """dotted path -> [low, high]; all are drawn together"""
 
     def drawn(self) -> Iterator[Changes]:
         """The samples, rounded to six digits."""
@@ -58,29 +59,28 @@ class Sweep(Checked):
     seeds.
     """
 
-    format: Literal["roboclimber-sweep/1"] = Field(description="format of the file")
-    description: str = Field(default="", description="what it is for")
-    scenario: str = Field(
-        description="scenario file (relative to this one), or the name of a shipped one"
-    )
-    duration_s: float | None = Field(
-        default=None, gt=0, le=90_000, description="instead of the scenario's [s]"
-    )
-    seeds: Annotated[tuple[int, ...], Sequence] = Field(
-        default=(1,), min_length=1, description="every run is made with each of them"
-    )
-    set: Changes = Field(default_factory=dict, description="dotted path -> value, for all runs")
-    grid: dict[str, Annotated[tuple[Any, ...], Sequence]] = Field(
-        default_factory=dict, description="dotted path -> values; every combination is run"
-    )
-    list: Annotated[tuple[Changes, ...], Sequence] = Field(
-        default=({},), min_length=1, description="changes that go together: dotted path -> value"
-    )
-    latin: Latin | None = Field(default=None, description="values drawn from ranges")
-    keep: Literal["all", "summary"] | None = Field(
-        default=None,
-        description="summary: series and pictures are removed once a run is summed up; null: summary above 20 runs",
-    )
+    format: Literal["roboclimber-sweep/1"]
+    """format of the file"""
+    description: str = ""
+    """what it is for"""
+    scenario: str
+    """scenario file (relative to this one), or the name of a shipped one"""
+    duration_s: float | None = Field(default=None, gt=0, le=90_000)
+    """instead of the scenario's [s]"""
+    seeds: Annotated[tuple[int, ...], Sequence] = Field(default=(1,), min_length=1)
+    """every run is made with each of them"""
+    set: Changes = Field(default_factory=dict)
+    """dotted path -> value, for all runs"""
+    grid: dict[str, Annotated[tuple[Any, ...], Sequence]] = Field(default_factory=dict)
+    """dotted path -> values; every combination is run"""
+    list: Annotated[tuple[Changes, ...], Sequence] = Field(default=({},), min_length=1)
+    """changes that go together: dotted path -> value"""
+    latin: Latin | None = None
+    """values drawn from ranges"""
+    keep: Literal["all", "summary"] | None = None
+    """summary: series and pictures are removed once a run is summed up; null: summary above 20 runs
+
+    """
 
     def keeps_series(self, runs: int) -> bool:
         """Whether so many runs keep their series and pictures."""

@@ -23,27 +23,24 @@ class Stand(Checked):
     """Hold the start posture."""
 
     kind: Literal["stand"] = "stand"
-    for_s: float | None = Field(
-        default=None, gt=0, description="how long, in a chain of tasks [s]; null: to the end"
-    )
+    for_s: float | None = Field(default=None, gt=0)
+    """how long, in a chain of tasks [s]; null: to the end"""
 
 
 class Raise(Checked):
     """Raise the body in steps of the four vertical joints (the paper's figure 5)."""
 
     kind: Literal["raise"]
-    start_s: float = Field(default=2.0, ge=0, description="time of the first step [s]")
-    to_m: float = Field(
-        default=0.35,
-        gt=0,
-        le=10,
-        description="extension of the vertical joints at the end, at most their stroke [m]",
-    )
-    step_m: float = Field(default=0.05, gt=0, le=10, description="height of one step [m]")
-    every_s: float = Field(default=5.0, gt=0, description="time between steps [s]")
-    speed_m_s: float = Field(
-        default=0.02, gt=0, le=0.5, description="speed of the set point within a step [m/s]"
-    )
+    start_s: float = Field(default=2.0, ge=0)
+    """time of the first step [s]"""
+    to_m: float = Field(default=0.35, gt=0, le=10)
+    """extension of the vertical joints at the end, at most their stroke [m]"""
+    step_m: float = Field(default=0.05, gt=0, le=10)
+    """height of one step [m]"""
+    every_s: float = Field(default=5.0, gt=0)
+    """time between steps [s]"""
+    speed_m_s: float = Field(default=0.02, gt=0, le=0.5)
+    """speed of the set point within a step [m/s]"""
 
 
 class Sway(Checked):
@@ -52,22 +49,17 @@ class Sway(Checked):
     """
 
     kind: Literal["sway"]
-    start_s: float = Field(
-        default=1.0, ge=0, description="time at which the body begins to move [s]"
-    )
-    amplitude_m: Triple | None = Field(
-        default=None,
-        description="way of the body to either side: forward, left, away from the slope [m]; "
-        "null: 0.06, 0.05, 0.05, on a machine of another size as much more or less",
-    )
-    period_s: Triple = Field(
-        default=(11.0, 9.0, 7.0),
-        description="time for once to and fro, in the same order; at least 2 [s]",
-    )
+    start_s: float = Field(default=1.0, ge=0)
+    """time at which the body begins to move [s]"""
+    amplitude_m: Triple | None = None
+    """way of the body to either side: forward, left, away from the slope [m]; null: 0.06, 0.05,
+    0.05, on a machine of another size as much more or less
+    """
+    period_s: Triple = (11.0, 9.0, 7.0)
+    """time for once to and fro, in the same order; at least 2 [s]"""
 
-    for_s: float | None = Field(
-        default=None, gt=0, description="how long, in a chain of tasks [s]; null: to the end"
-    )
+    for_s: float | None = Field(default=None, gt=0)
+    """how long, in a chain of tasks [s]; null: to the end"""
 
     @field_validator("amplitude_m")
     @classmethod
@@ -88,40 +80,30 @@ class Push(Checked):
     """Press the bit on the rock without blows."""
 
     kind: Literal["push"]
-    duration_s: float = Field(gt=0, description="length of the phase [s]")
-    feed_n: float = Field(
-        default=4000.0,
-        ge=0,
-        le=30000,
-        description="feed force into the ground; its reaction lifts the body [N]",
-    )
-    torque_nm: float = Field(
-        default=300.0,
-        ge=0,
-        le=5000,
-        description="torque on the rod; its reaction turns the body about -z [N m]",
-    )
+    duration_s: float = Field(gt=0)
+    """length of the phase [s]"""
+    feed_n: float = Field(default=4000.0, ge=0, le=30000)
+    """feed force into the ground; its reaction lifts the body [N]"""
+    torque_nm: float = Field(default=300.0, ge=0, le=5000)
+    """torque on the rod; its reaction turns the body about -z [N m]"""
 
 
 class Hammer(Checked):
     """Drill with blows of a down-the-hole hammer."""
 
     kind: Literal["hammer"]
-    duration_s: float = Field(gt=0, description="length of the phase [s]")
-    feed_n: float = Field(
-        default=5500.0, ge=0, le=30000, description="mean feed force into the ground [N]"
-    )
-    torque_nm: float = Field(default=500.0, ge=0, le=5000, description="torque on the rod [N m]")
-    blow_hz: float = Field(default=30.0, gt=0, le=100, description="blows a second [Hz]")
-    blow_n: float = Field(
-        default=1500.0,
-        ge=0,
-        le=50000,
-        description="peak of the blow's reaction on the body, above the feed [N]",
-    )
-    penetration_m_s: float = Field(
-        default=0.005, ge=0, le=0.2, description="rate at which the hole deepens [m/s]"
-    )
+    duration_s: float = Field(gt=0)
+    """length of the phase [s]"""
+    feed_n: float = Field(default=5500.0, ge=0, le=30000)
+    """mean feed force into the ground [N]"""
+    torque_nm: float = Field(default=500.0, ge=0, le=5000)
+    """torque on the rod [N m]"""
+    blow_hz: float = Field(default=30.0, gt=0, le=100)
+    """blows a second [Hz]"""
+    blow_n: float = Field(default=1500.0, ge=0, le=50000)
+    """peak of the blow's reaction on the body, above the feed [N]"""
+    penetration_m_s: float = Field(default=0.005, ge=0, le=0.2)
+    """rate at which the hole deepens [m/s]"""
 
 
 class RodChange(Checked):
@@ -130,30 +112,28 @@ class RodChange(Checked):
     """
 
     kind: Literal["rod_change"]
-    duration_s: float = Field(gt=0, description="length of the phase [s]")
-    rod_kg: float = Field(
-        default=10.2,
-        ge=0,
-        le=400,
-        description="mass that moves from the store to the drill axis [kg]",
-    )
+    duration_s: float = Field(gt=0)
+    """length of the phase [s]"""
+    rod_kg: float = Field(default=10.2, ge=0, le=400)
+    """mass that moves from the store to the drill axis [kg]"""
 
 
 class PullOut(Checked):
     """Pull the string out of the hole: its reaction presses the body on the slope."""
 
     kind: Literal["pull_out"]
-    duration_s: float = Field(gt=0, description="length of the phase [s]")
-    pull_n: float = Field(
-        default=8000.0, ge=0, le=60000, description="pull on the string, away from the ground [N]"
-    )
+    duration_s: float = Field(gt=0)
+    """length of the phase [s]"""
+    pull_n: float = Field(default=8000.0, ge=0, le=60000)
+    """pull on the string, away from the ground [N]"""
 
 
 class Rest(Checked):
     """The bit hangs free: no force but the string's weight."""
 
     kind: Literal["rest"]
-    duration_s: float = Field(gt=0, description="length of the phase [s]")
+    duration_s: float = Field(gt=0)
+    """length of the phase [s]"""
 
 
 DrillPhase = Annotated[Push | Hammer | RodChange | PullOut | Rest, Field(discriminator="kind")]
@@ -163,75 +143,52 @@ class Drill(Checked):
     """Hold the start posture and drill through the phases one after the other."""
 
     kind: Literal["drill"]
-    start_s: float = Field(
-        default=5.0, ge=0, description="time at which the first phase begins [s]"
-    )
-    ramp_s: float = Field(
-        default=0.3,
-        ge=0,
-        le=10,
-        description="time in which forces rise and fall at the edges of a phase [s]",
-    )
-    repeat: bool = Field(
-        default=False, description="begin again with the first phase after the last one"
-    )
+    start_s: float = Field(default=5.0, ge=0)
+    """time at which the first phase begins [s]"""
+    ramp_s: float = Field(default=0.3, ge=0, le=10)
+    """time in which forces rise and fall at the edges of a phase [s]"""
+    repeat: bool = False
+    """begin again with the first phase after the last one"""
     phases: Annotated[tuple[DrillPhase, ...], Sequence] = Field(
-        default=(Hammer(kind="hammer", duration_s=30.0),),
-        min_length=1,
-        description="phases in order",
+        default=(Hammer(kind="hammer", duration_s=30.0),), min_length=1
     )
+    """phases in order"""
 
 
 class Crawl(Checked):
     """Walk over the slope on the ropes, one leg swinging at a time."""
 
     kind: Literal["crawl"]
-    gait: Literal["flowing", "two_phase", "wave"] = Field(
-        default="flowing",
-        description="flowing: both legs of a side swing one after the other while the body goes on, and in between it "
-        "moves to the other side; two_phase: the same, but the body moves on four feet only; wave: the body sways for "
-        "every swing",
-    )
-    start_s: float = Field(default=4.0, ge=0, description="time of the first motion [s]")
-    steps: int = Field(default=4, ge=1, le=1000, description="number of leg swings")
-    step_length_m: float = Field(
-        default=0.1,
-        gt=0,
-        le=5,
-        description="way of the body in a cycle of four swings: how far a foot moves [m]",
-    )
-    heading_deg: float = Field(
-        default=0.0,
-        ge=-180,
-        le=180,
-        description="direction of travel, from straight up the slope to the left [deg]",
-    )
-    swing_height_m: float = Field(
-        default=0.08, gt=0, le=4, description="how high a foot is lifted [m]"
-    )
-    ground_steps_m: float = Field(
-        default=0.0,
-        ge=0,
-        le=0.3,
-        description="largest step of the ground between footholds to be reckoned with: feet are lifted that much "
-        "higher and the search for the ground begins and ends that much sooner and deeper [m]",
-    )
-    period_s: float | None = Field(
-        default=None,
-        gt=0,
-        description="least time for one swing, shift of the body included; null: as fast as the joints' speeds and "
-        "the pump's flow allow [s]",
-    )
-    order: Annotated[tuple[Leg, ...], Sequence] = Field(
-        default=("rr", "fr", "rl", "fl"), description="order of the swinging legs"
-    )
+    gait: Literal["flowing", "two_phase", "wave"] = "flowing"
+    """flowing: both legs of a side swing one after the other while the body goes on, and in between
+    it moves to the other side; two_phase: the same, but the body moves on four feet only; wave:
+    the body sways for every swing
+    """
+    start_s: float = Field(default=4.0, ge=0)
+    """time of the first motion [s]"""
+    steps: int = Field(default=4, ge=1, le=1000)
+    """number of leg swings"""
+    step_length_m: float = Field(default=0.1, gt=0, le=5)
+    """way of the body in a cycle of four swings: how far a foot moves [m]"""
+    heading_deg: float = Field(default=0.0, ge=-180, le=180)
+    """direction of travel, from straight up the slope to the left [deg]"""
+    swing_height_m: float = Field(default=0.08, gt=0, le=4)
+    """how high a foot is lifted [m]"""
+    ground_steps_m: float = Field(default=0.0, ge=0, le=0.3)
+    """largest step of the ground between footholds to be reckoned with: feet are lifted that much
+    higher and the search for the ground begins and ends that much sooner and deeper [m]
+    """
+    period_s: float | None = Field(default=None, gt=0)
+    """least time for one swing, shift of the body included; null: as fast as the joints' speeds and
+    the pump's flow allow [s]
+    """
+    order: Annotated[tuple[Leg, ...], Sequence] = ("rr", "fr", "rl", "fl")
+    """order of the swinging legs"""
 
-    waypoints_m: Annotated[tuple[Pair, ...], Sequence] = Field(
-        default=(),
-        max_length=100,
-        description="places that the body walks to, one after the other: up the slope and to the left, from where the "
-        "walk begins; they rule steps and heading, and step_length_m is the longest stride [m]",
-    )
+    waypoints_m: Annotated[tuple[Pair, ...], Sequence] = Field(default=(), max_length=100)
+    """places that the body walks to, one after the other: up the slope and to the left, from where
+    the walk begins; they rule steps and heading, and step_length_m is the longest stride [m]
+    """
 
     @model_validator(mode="after")
     def _waypoints_rule(self) -> Crawl:
@@ -257,9 +214,10 @@ class Program(Checked):
     """Move by a gait of your own."""
 
     kind: Literal["program"]
-    file: Annotated[str, NameOrClass()] = Field(
-        description="its class; a relative file is looked for beside the scenario file, then in the working folder"
-    )
+    file: Annotated[str, NameOrClass()]
+    """its class; a relative file is looked for beside the scenario file, then in the working folder
+
+    """
 
 
 class Commission(Checked):
@@ -268,7 +226,8 @@ class Commission(Checked):
     """
 
     kind: Literal["commission"]
-    start_s: float = Field(default=2.0, ge=0, description="time of the first motion [s]")
+    start_s: float = Field(default=2.0, ge=0)
+    """time of the first motion [s]"""
 
 
 One = Annotated[
@@ -291,8 +250,9 @@ class Chain(Checked):
 
     kind: Literal["chain"]
     tasks: Annotated[tuple[Annotated[One, BeforeValidator(_one)], ...], Sequence] = Field(
-        min_length=2, max_length=100, description="the tasks in their order"
+        min_length=2, max_length=100
     )
+    """the tasks in their order"""
 
     @model_validator(mode="after")
     def _each_has_an_end(self) -> Chain:

@@ -17,105 +17,72 @@ class Patch(Checked):
     patch wins.
     """
 
-    foot: Literal["fl", "fr", "rl", "rr"] | None = Field(
-        default=None, description="under this foot's place at the start, instead of x_m and y_m"
-    )
-    x_m: float = Field(
-        default=0.0, ge=-200, le=200, description="centre, up the slope from the world's origin [m]"
-    )
-    y_m: float = Field(default=0.0, ge=-200, le=200, description="centre, to the left [m]")
-    radius_m: float = Field(default=0.3, gt=0, le=200, description="radius [m]")
-    friction: float | None = Field(default=None, ge=0, le=2, description="friction coefficient")
-    stiffness_n_m: float | None = Field(
-        default=None,
-        ge=1e5,
-        le=1e10,
-        description="stiffness under one foot; a foot takes it on as it comes down [N/m]",
-    )
-    damping_n_s_m: float | None = Field(
-        default=None, ge=0, le=1e8, description="damping under one foot [N s/m]"
-    )
-    plastic_n_m: float | None = Field(
-        default=None,
-        ge=2e4,
-        le=1e9,
-        description="load for each metre that the ground settles for good [N/m]",
-    )
+    foot: Literal["fl", "fr", "rl", "rr"] | None = None
+    """under this foot's place at the start, instead of x_m and y_m"""
+    x_m: float = Field(default=0.0, ge=-200, le=200)
+    """centre, up the slope from the world's origin [m]"""
+    y_m: float = Field(default=0.0, ge=-200, le=200)
+    """centre, to the left [m]"""
+    radius_m: float = Field(default=0.3, gt=0, le=200)
+    """radius [m]"""
+    friction: float | None = Field(default=None, ge=0, le=2)
+    """friction coefficient"""
+    stiffness_n_m: float | None = Field(default=None, ge=1e5, le=1e10)
+    """stiffness under one foot; a foot takes it on as it comes down [N/m]"""
+    damping_n_s_m: float | None = Field(default=None, ge=0, le=1e8)
+    """damping under one foot [N s/m]"""
+    plastic_n_m: float | None = Field(default=None, ge=2e4, le=1e9)
+    """load for each metre that the ground settles for good [N/m]"""
 
 
 class Elevation(Checked):
     """Heights from a file: .npy, Esri ASCII (.asc), or GeoTIFF (.tif; needs the extra `geo`)."""
 
-    file: str = Field(description="the file; relative to the scenario's")
-    frame: Literal["world", "slope"] = Field(
-        default="world",
-        description="world: heights above level ground, the slope is found from them; slope: heights above slope_deg",
-    )
-    cell_m: float | None = Field(
-        default=None,
-        gt=0.005,
-        le=50,
-        description="distance of the points of a .npy, rows along x, columns along y [m]",
-    )
-    centre_m: Pair | None = Field(
-        default=None,
-        description="where the robot stands, in the file's coordinates; null: its middle [m]",
-    )
+    file: str
+    """the file; relative to the scenario's"""
+    frame: Literal["world", "slope"] = "world"
+    """world: heights above level ground, the slope is found from them; slope: heights above
+    slope_deg
+    """
+    cell_m: float | None = Field(default=None, gt=0.005, le=50)
+    """distance of the points of a .npy, rows along x, columns along y [m]"""
+    centre_m: Pair | None = None
+    """where the robot stands, in the file's coordinates; null: its middle [m]"""
 
 
 class Terrain(Checked):
     """The ground; its mean surface passes through the world's origin and rises towards +x."""
 
-    kind: Kind = Field(default="plane", description="how the ground is made in the engine")
-    slope_deg: float = Field(default=0.0, ge=0, le=85, description="angle of the slope [deg]")
-    friction: float = Field(
-        default=0.7, ge=0, le=2, description="friction coefficient between foot and ground"
-    )
-    stiffness_n_m: float = Field(
-        default=1.0e8, ge=1e5, le=1e10, description="stiffness of the ground under one foot [N/m]"
-    )
-    damping_n_s_m: float = Field(
-        default=2.0e5, ge=0, le=1e8, description="damping of the ground under one foot [N s/m]"
-    )
-    plastic_n_m: float | None = Field(
-        default=None,
-        ge=2e4,
-        le=1e9,
-        description="loose ground: load for each metre that it settles for good; null: firm [N/m]",
-    )
-    settle_s: float = Field(
-        default=0.6,
-        gt=0.02,
-        le=1000,
-        description="time in which loose ground settles under a new load [s]",
-    )
-    loading_order: Literal["ground_first", "robot_first"] = Field(
-        default="robot_first", description="what the engine loads first"
-    )
-    roughness_m: float = Field(
-        default=0.0, ge=0, le=0.5, description="standard deviation of the height (heightfield) [m]"
-    )
-    roughness_seed: int = Field(default=0, ge=0, description="seed of the rough surface")
-    hurst: float = Field(
-        default=0.8,
-        ge=0,
-        le=1,
-        description="spectrum of the roughness: power falls as wave number ^ -(2 hurst + 2)",
-    )
-    cell_m: float = Field(
-        default=0.1,
-        gt=0.01,
-        le=1,
-        description="distance of the grid's points (heightfield, elevation) [m]",
-    )
-    profile_m: Annotated[tuple[Pair, ...], Sequence] = Field(
-        default=(),
-        description="benches and steps (profile): points [x up the slope, height off it], x never falling [m]",
-    )
-    elevation: Elevation | None = Field(default=None, description="the file of kind elevation")
-    patches: Annotated[tuple[Patch, ...], Sequence] = Field(
-        default=(), description="places with other friction, stiffness or looseness"
-    )
+    kind: Kind = "plane"
+    """how the ground is made in the engine"""
+    slope_deg: float = Field(default=0.0, ge=0, le=85)
+    """angle of the slope [deg]"""
+    friction: float = Field(default=0.7, ge=0, le=2)
+    """friction coefficient between foot and ground"""
+    stiffness_n_m: float = Field(default=1.0e8, ge=1e5, le=1e10)
+    """stiffness of the ground under one foot [N/m]"""
+    damping_n_s_m: float = Field(default=2.0e5, ge=0, le=1e8)
+    """damping of the ground under one foot [N s/m]"""
+    plastic_n_m: float | None = Field(default=None, ge=2e4, le=1e9)
+    """loose ground: load for each metre that it settles for good; null: firm [N/m]"""
+    settle_s: float = Field(default=0.6, gt=0.02, le=1000)
+    """time in which loose ground settles under a new load [s]"""
+    loading_order: Literal["ground_first", "robot_first"] = "robot_first"
+    """what the engine loads first"""
+    roughness_m: float = Field(default=0.0, ge=0, le=0.5)
+    """standard deviation of the height (heightfield) [m]"""
+    roughness_seed: int = Field(default=0, ge=0)
+    """seed of the rough surface"""
+    hurst: float = Field(default=0.8, ge=0, le=1)
+    """spectrum of the roughness: power falls as wave number ^ -(2 hurst + 2)"""
+    cell_m: float = Field(default=0.1, gt=0.01, le=1)
+    """distance of the grid's points (heightfield, elevation) [m]"""
+    profile_m: Annotated[tuple[Pair, ...], Sequence] = ()
+    """benches and steps (profile): points [x up the slope, height off it], x never falling [m]"""
+    elevation: Elevation | None = None
+    """the file of kind elevation"""
+    patches: Annotated[tuple[Patch, ...], Sequence] = ()
+    """places with other friction, stiffness or looseness"""
 
     @property
     def loose(self) -> bool:

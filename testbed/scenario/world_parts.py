@@ -4,14 +4,56 @@ sensors, undeclared effects.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from testbed.formats.checked import Checked, Four, Numbers, Pair, Sequence, impossible
 from testbed.machine.names import AXES, LEGS
 from testbed.machine.sets import DEFAULT, SetName
-from testbed.scenario.hydraulic_parts import HydraulicPart
+
+HydraulicPart = Literal[
+    "friction",
+    "coulomb",
+    "stribeck",
+    "viscous",
+    "dwell",
+    "friction_position",
+    "friction_pressure",
+    "friction_load",
+    "friction_side_load",
+    "leakage",
+    "internal_leakage",
+    "outer_leakage",
+    "edge_leakage",
+    "air",
+    "hose",
+    "hose_elasticity",
+    "deadband",
+    "hysteresis",
+    "valve_dynamics",
+    "amplifier_lag",
+    "edge_asymmetry",
+    "load_holding",
+    "cushions",
+    "end_stops",
+    "line_b",
+    "transducer_lag",
+    "load_sensing",
+    "supply_droop",
+    "accumulator",
+    "pump_lag",
+    "power_limit",
+    "relief",
+    "case_leakage",
+    "oil_warming",
+    "viscosity",
+]
+HYDRAULIC_PARTS: tuple[str, ...] = get_args(HydraulicPart)
+"""The one list: the scenario checks against it, the world has a switch for each
+(testbed.world.switches).
+"""
+
 
 SensorPart = Literal[
     "encoder", "pressure", "supply_pressure", "rope_tension", "inertial", "oil_temperature"
@@ -33,23 +75,20 @@ PLACES: tuple[str, ...] = (
 class Rates(Checked):
     """How often each part of the loop runs; all divide the rate of the physics."""
 
-    physics_hz: int = Field(
-        default=1000, ge=100, le=20000, description="steps of the bodies and contacts [Hz]"
-    )
-    hydraulic_substeps: int = Field(
-        default=2, ge=1, le=200, description="steps of the oil within one step of the bodies"
-    )
-    control_hz: int = Field(default=1000, ge=1, description="position controllers [Hz]")
-    sensor_hz: int = Field(default=1000, ge=1, description="sensors are sampled [Hz]")
-    estimator_hz: int = Field(
-        default=1000,
-        ge=200,
-        description="force estimates and contact states; slower, their observers diverge [Hz]",
-    )
-    expected_loads_hz: int = Field(
-        default=10, ge=1, description="expected foot loads from the model [Hz]"
-    )
-    record_hz: int = Field(default=1000, ge=1, description="rows written [Hz]")
+    physics_hz: int = Field(default=1000, ge=100, le=20000)
+    """steps of the bodies and contacts [Hz]"""
+    hydraulic_substeps: int = Field(default=2, ge=1, le=200)
+    """steps of the oil within one step of the bodies"""
+    control_hz: int = Field(default=1000, ge=1)
+    """position controllers [Hz]"""
+    sensor_hz: int = Field(default=1000, ge=1)
+    """sensors are sampled [Hz]"""
+    estimator_hz: int = Field(default=1000, ge=200)
+    """force estimates and contact states; slower, their observers diverge [Hz]"""
+    expected_loads_hz: int = Field(default=10, ge=1)
+    """expected foot loads from the model [Hz]"""
+    record_hz: int = Field(default=1000, ge=1)
+    """rows written [Hz]"""
 
     @model_validator(mode="after")
     def _whole_multiples(self) -> Rates:
@@ -66,25 +105,21 @@ class Rates(Checked):
 class OwnMachine(Checked):
     """Which machine world and model have, and by what the world's differs from its drawing."""
 
-    folder: str | None = Field(
-        default=None,
-        description="folder of a machine of your own, relative to the scenario file, or a shipped one by name "
-        "(climber_8t, quarter_model); null: ROBOCLIMBER",
-    )
-    set: SetName = Field(
-        default=DEFAULT,
-        description="numbers of the drawing board: inferred (the circuit under which the paper's figures hold together), "
-        "original (constant supply, edges that leak alike, no holding valves) or overlapped (inferred, with valves "
-        "without spool feedback and an amplifier that jumps their overlap)",
-    )
-    draw: Literal["workshop"] | None = Field(
-        default=None,
-        description="tolerances from which the world's machine is drawn; the model keeps the drawing-board machine; "
-        "null: the world has that one too",
-    )
-    seed: int = Field(
-        default=0, ge=0, le=2**32 - 1, description="which of the machines that could be drawn"
-    )
+    folder: str | None = None
+    """folder of a machine of your own, relative to the scenario file, or a shipped one by name
+    (climber_8t, quarter_model); null: ROBOCLIMBER
+    """
+    set: SetName = DEFAULT
+    """numbers of the drawing board: inferred (the circuit under which the paper's figures hold
+    together), original (constant supply, edges that leak alike, no holding valves) or overlapped
+    (inferred, with valves without spool feedback and an amplifier that jumps their overlap)
+    """
+    draw: Literal["workshop"] | None = None
+    """tolerances from which the world's machine is drawn; the model keeps the drawing-board
+    machine; null: the world has that one too
+    """
+    seed: int = Field(default=0, ge=0, le=2**32 - 1)
+    """which of the machines that could be drawn"""
 
     @model_validator(mode="after")
     def _seed_of_a_draw(self) -> OwnMachine:
@@ -98,23 +133,18 @@ class OwnMachine(Checked):
 class Robot(Checked):
     """The start posture and what the robot carries."""
 
-    urdf: str | None = Field(
-        default=None, description="another URDF than the shipped one; relative to the scenario file"
-    )
-    vertical_m: Four = Field(
-        default=(0.25,) * 4,
-        description="extension of the vertical joints fl, fr, rl, rr, or one for all [m]",
-    )
-    radial_m: Four = Field(default=(0.2,) * 4, description="extension of the radial joints [m]")
-    rotation_deg: Four = Field(
-        default=(0.0,) * 4, description="angle of the rotation joints from their middle [deg]"
-    )
-    payload_kg: float = Field(
-        default=0.0, ge=0, le=2000, description="extra mass on the platform [kg]"
-    )
-    height_offset_m: float = Field(
-        default=0.0, le=1, description="start pose raised above standing on the ground [m]"
-    )
+    urdf: str | None = None
+    """another URDF than the shipped one; relative to the scenario file"""
+    vertical_m: Four = (0.25,) * 4
+    """extension of the vertical joints fl, fr, rl, rr, or one for all [m]"""
+    radial_m: Four = (0.2,) * 4
+    """extension of the radial joints [m]"""
+    rotation_deg: Four = (0.0,) * 4
+    """angle of the rotation joints from their middle [deg]"""
+    payload_kg: float = Field(default=0.0, ge=0, le=2000)
+    """extra mass on the platform [kg]"""
+    height_offset_m: float = Field(default=0.0, le=1)
+    """start pose raised above standing on the ground [m]"""
 
     @field_validator("height_offset_m")
     @classmethod
@@ -127,61 +157,37 @@ class Robot(Checked):
 class Ropes(Checked):
     """Two ropes from anchors above the robot to its traction devices; they pull and never push."""
 
-    enabled: bool = Field(default=True, description="false: no ropes")
-    anchor_distance_m: float = Field(
-        default=30.0, ge=3, le=500, description="anchors above the robot, along the slope [m]"
-    )
-    anchor_spread_m: float = Field(
-        default=10.0, ge=0, le=200, description="distance between the two anchors [m]"
-    )
-    azimuth_deg: float = Field(
-        default=0.0,
-        ge=-60,
-        le=60,
-        description="where the anchors' middle lies, from straight up the slope to the left [deg]",
-    )
-    share: float = Field(
-        default=0.9,
-        ge=0,
-        le=1.5,
-        description="share of the weight along the slope that the ropes carry at the start",
-    )
-    pull: Literal["equal", "straight"] = Field(
-        default="equal",
-        description="how they share at the start: equal tensions, or so that together they pull as straight up the "
-        "slope as they can, where the anchors lie aside",
-    )
-    attachment_height_m: float | None = Field(
-        default=None,
-        ge=-0.2,
-        le=1.5,
-        description="height of the traction devices' sheaves in the body frame; null: the URDF's, 0.33 m. On 85 "
-        "degrees each centimetre off the balance shifts the feet's loads by 11 cm of the 2.5 m that they stand "
-        "apart; 0.33 balances the pull along the slope at a share of 0.95 [m]",
-    )
-    tension_n: Pair | None = Field(
-        default=None, description="tension at the start, left and right, instead of share [N]"
-    )
-    stiffness_ea_n: float = Field(
-        default=9.8e6,
-        ge=1e4,
-        le=1e9,
-        description="stiffness EA; a rope of length L is a spring EA/L [N]",
-    )
-    damping_n_s_m: float = Field(
-        default=5000.0, ge=0, le=1e6, description="damping along a taut rope [N s/m]"
-    )
-    sag: bool = Field(
-        default=False,
-        description="true: a rope sags by its own weight (a slack rope is slack either way)",
-    )
-    strokes: bool = Field(
-        default=True,
-        description="true: the traction devices pull in strokes and regrip; false: as winches",
-    )
-    breaking_load_n: float = Field(
-        default=149.0e3, gt=0, description="tension at which a rope parts [N]"
-    )
+    enabled: bool = True
+    """false: no ropes"""
+    anchor_distance_m: float = Field(default=30.0, ge=3, le=500)
+    """anchors above the robot, along the slope [m]"""
+    anchor_spread_m: float = Field(default=10.0, ge=0, le=200)
+    """distance between the two anchors [m]"""
+    azimuth_deg: float = Field(default=0.0, ge=-60, le=60)
+    """where the anchors' middle lies, from straight up the slope to the left [deg]"""
+    share: float = Field(default=0.9, ge=0, le=1.5)
+    """share of the weight along the slope that the ropes carry at the start"""
+    pull: Literal["equal", "straight"] = "equal"
+    """how they share at the start: equal tensions, or so that together they pull as straight up the
+    slope as they can, where the anchors lie aside
+    """
+    attachment_height_m: float | None = Field(default=None, ge=-0.2, le=1.5)
+    """height of the traction devices' sheaves in the body frame; null: the URDF's, 0.33 m. On 85
+    degrees each centimetre off the balance shifts the feet's loads by 11 cm of the 2.5 m that
+    they stand apart; 0.33 balances the pull along the slope at a share of 0.95 [m]
+    """
+    tension_n: Pair | None = None
+    """tension at the start, left and right, instead of share [N]"""
+    stiffness_ea_n: float = Field(default=9.8e6, ge=1e4, le=1e9)
+    """stiffness EA; a rope of length L is a spring EA/L [N]"""
+    damping_n_s_m: float = Field(default=5000.0, ge=0, le=1e6)
+    """damping along a taut rope [N s/m]"""
+    sag: bool = False
+    """true: a rope sags by its own weight (a slack rope is slack either way)"""
+    strokes: bool = True
+    """true: the traction devices pull in strokes and regrip; false: as winches"""
+    breaking_load_n: float = Field(default=149.0e3, gt=0)
+    """tension at which a rope parts [N]"""
 
     @field_validator("tension_n")
     @classmethod
@@ -198,64 +204,48 @@ class Ropes(Checked):
 class Hydraulics(Checked):
     """Oil, power unit and which physical parts of the hydraulics are left out."""
 
-    oil_temperature_degc: float = Field(
-        default=40.0, ge=-30, le=120, description="temperature of the oil [degC]"
-    )
-    supply_pressure_pa: float | None = Field(
-        default=None,
-        ge=0,
-        le=3.5e7,
-        description="set pressure of the power unit; null: the parameter file's [Pa]",
-    )
-    pump: bool = Field(default=True, description="false: the power unit is off, tank pressure only")
-    valves_locked: bool = Field(
-        default=False,
-        description="true: all valves closed and tight; the cylinders are oil springs",
-    )
-    stuck_seals: float = Field(
-        default=0.0,
-        ge=0.0,
-        le=1.0,
-        description="largest share of break-away with which a seal is stuck at the start; each draws its own, either "
-        "way [1]",
-    )
-    without: Annotated[tuple[HydraulicPart, ...], Sequence] = Field(
-        default=(), description="parts of the hydraulics left out"
-    )
-    parameters: Numbers = Field(
-        default_factory=dict,
-        description="dotted path of roboclimber.yaml -> the world's value (SI)",
-    )
+    oil_temperature_degc: float = Field(default=40.0, ge=-30, le=120)
+    """temperature of the oil [degC]"""
+    supply_pressure_pa: float | None = Field(default=None, ge=0, le=3.5e7)
+    """set pressure of the power unit; null: the parameter file's [Pa]"""
+    pump: bool = True
+    """false: the power unit is off, tank pressure only"""
+    valves_locked: bool = False
+    """true: all valves closed and tight; the cylinders are oil springs"""
+    stuck_seals: float = Field(default=0.0, ge=0.0, le=1.0)
+    """largest share of break-away with which a seal is stuck at the start; each draws its own,
+    either way [1]
+    """
+    without: Annotated[tuple[HydraulicPart, ...], Sequence] = ()
+    """parts of the hydraulics left out"""
+    parameters: Numbers = Field(default_factory=dict)
+    """dotted path of roboclimber.yaml -> the world's value (SI)"""
 
 
 class Sensors(Checked):
     """What the sensors add to the truth."""
 
-    noise: bool = Field(default=True, description="random noise")
-    quantisation: bool = Field(default=True, description="encoder counts and converter steps")
-    thermal_drift: bool = Field(
-        default=True, description="zero error of the pressure transducers with temperature"
-    )
-    characteristic: bool = Field(
-        default=True, description="bow and hysteresis of the pressure transducers"
-    )
-    without: Annotated[tuple[SensorPart, ...], Sequence] = Field(
-        default=(), description="sensors that read the truth, free of all errors"
-    )
+    noise: bool = True
+    """random noise"""
+    quantisation: bool = True
+    """encoder counts and converter steps"""
+    thermal_drift: bool = True
+    """zero error of the pressure transducers with temperature"""
+    characteristic: bool = True
+    """bow and hysteresis of the pressure transducers"""
+    without: Annotated[tuple[SensorPart, ...], Sequence] = ()
+    """sensors that read the truth, free of all errors"""
 
 
 class Undeclared(Checked):
     """An effect that the world has and the model does not."""
 
-    effect: str = Field(description="name of the effect, such as sensor.gain_b")
-    at: str = Field(
-        default="body",
-        description="<leg>_<joint>, <leg>, foot_<leg>, rope, rope_left, rope_right, body, "
-        "drill or supply",
-    )
-    parameters: dict[str, float] = Field(
-        default_factory=dict, description="the effect's parameters (SI)"
-    )
+    effect: str
+    """name of the effect, such as sensor.gain_b"""
+    at: str = "body"
+    """<leg>_<joint>, <leg>, foot_<leg>, rope, rope_left, rope_right, body, drill or supply"""
+    parameters: dict[str, float] = Field(default_factory=dict)
+    """the effect's parameters (SI)"""
 
     @field_validator("at")
     @classmethod

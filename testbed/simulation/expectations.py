@@ -8,7 +8,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from testbed.scenario.expectation import Bound, Expect
+from testbed.scenario.events import Bound, Expect
 from testbed.scenario.scenario import Scenario, load_scenario
 
 

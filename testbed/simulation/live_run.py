@@ -30,6 +30,7 @@ from testbed.control.gaits.table import OwnParts
 from testbed.errors import InputError, SimulationFault
 from testbed.estimation.detectors.base import Detector
 from testbed.estimation.estimator import Estimator
+from testbed.formats.arrays import Array, Columns
 from testbed.formats.checked import Checked, checked
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.robot.robot import Robot
@@ -39,12 +40,9 @@ from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.riders import Riders
 from testbed.simulation.rows import Rows
 from testbed.simulation.run_folder import RunFolder
-from testbed.simulation.runs import Columns
 from testbed.simulation.summing_up import Ending, summed_up
 from testbed.world.saved import State, read_state
 from testbed.world.simulation import Simulation
-
-Array = NDArray[np.float64]
 
 
 def simulate(

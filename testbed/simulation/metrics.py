@@ -12,7 +12,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.estimation.losses import (
     LOSS_S,
@@ -22,14 +21,11 @@ from testbed.estimation.losses import (
     intervals,
     score_contact,
 )
+from testbed.formats.arrays import Array, Columns, Flags
 from testbed.formats.records import SET
 from testbed.machine.names import LEGS, SIDES
 from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 from testbed.simulation.residuals import residual_summary
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
-Columns = Mapping[str, Array]
 
 LOSS_FORCE_N = LossRule(ROBOCLIMBER_NOMINAL_N).force_n
 """For pictures: below it a foot of the shipped machine carries nothing, N. What is counted goes by

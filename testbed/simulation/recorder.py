@@ -22,10 +22,9 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.files import make_folder, whole, write_json, write_text
 from testbed.formats.yaml_files import yaml_text
-
-Array = npt.NDArray[np.float64]
 
 SERIES = ("data", "truth")
 _ROWS_PER_GROUP = 5_000

@@ -14,17 +14,61 @@ from numpy.typing import NDArray
 from testbed.control.distribution.controllers import controller
 from testbed.control.distribution.distribution import Controller, checked_plan
 from testbed.control.distribution.statics import Statics
-from testbed.control.gait import BelievedStart
+from testbed.control.gait import BelievedStart, Gait
 from testbed.control.gaits.own import checked_gait
 from testbed.control.measured import Measured, rows_of
-from testbed.control.replay import Commands, replay, rows_at_ticks
+from testbed.formats.arrays import Array, Columns, Flags
 from testbed.formats.records import SET
 from testbed.formats.sockets import user_code
 from testbed.robot.robot import Robot
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
-from testbed.simulation.runs import Columns, read_run
+from testbed.simulation.runs import read_run
 from testbed.world.ground.terrain import anchors_in_world
+
+TICK_S = 0.01
+"""A gait is asked this often, live and here."""
+
+
+@dataclass(frozen=True)
+class Commands:
+    """What a gait ordered tick by tick; the fields of Command, stacked."""
+
+    row: NDArray[np.intp]
+    """(n,) which row of the recording each tick saw."""
+    t: Array
+    """(n,) beginning of the tick, s."""
+    joints: Array
+    """(n, 12) set points at the end of the tick, rad and m."""
+    rope_rates_m_s: Array
+    """(n, 2)"""
+    stance: Flags
+    """(n, 4)"""
+    hold_drill: Flags
+    """(n,)"""
+
+
+def rows_at_ticks(rows: NDArray[Any]) -> NDArray[np.intp]:
+    """Which of recorded rows (n, DataRow), evenly spaced at 100 Hz or more, a tick sees."""
+    step_s = float(np.median(np.diff(rows["t"])))
+    ticks = rows["t"] / TICK_S
+    return np.flatnonzero(np.abs(ticks - np.round(ticks)) * TICK_S < 0.5 * step_s)
+
+
+def replay(gait: Gait, rows: NDArray[Any]) -> Commands:
+    """Ask a gait at every tick of recorded rows (n, DataRow)."""
+    seen = rows_at_ticks(rows)
+    given = [
+        gait.command(float(rows["t"][row]), TICK_S, Measured(rows[row : row + 1])) for row in seen
+    ]
+    return Commands(
+        row=seen,
+        t=rows["t"][seen],
+        joints=np.array([command.joints for command in given]),
+        rope_rates_m_s=np.array([command.rope_rates_m_s for command in given]),
+        stance=np.array([command.stance for command in given]),
+        hold_drill=np.array([command.hold_drill for command in given]),
+    )
 
 
 def replay_gait(name: str, folder: str | Path) -> tuple[Commands, Columns]:
@@ -44,9 +88,9 @@ class Plans:
 
     row: NDArray[np.intp]
     """(n,) which row of the recording each tick saw."""
-    forces: NDArray[np.float64]
+    forces: Array
     """(n, 14) wanted forces in the order of Statics' unknowns, N."""
-    feasible: NDArray[np.bool_]
+    feasible: Flags
     """(n,) whether it found any."""
 
 

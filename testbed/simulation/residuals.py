@@ -18,12 +18,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
 from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
-
-Array = npt.NDArray[np.float64]
 
 SIGNS = np.array([[1, 1, 1], [1, -1, 1], [1, 1, -1], [1, -1, -1]], dtype=float)
 """Row per leg fl, fr, rl, rr: its share in sum, left minus right, front minus rear."""

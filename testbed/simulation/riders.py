@@ -16,10 +16,9 @@ from testbed.estimation.detectors.base import Detector, scores_over, start
 from testbed.estimation.detectors.sample import Watch
 from testbed.estimation.detectors.table import detector_of
 from testbed.estimation.estimator import Estimator, estimator_of, loads_over
+from testbed.formats.arrays import Array
 from testbed.formats.sockets import check_fits, user_code
 from testbed.machine.names import LEGS
-
-Array = NDArray[np.float64]
 
 
 def named(

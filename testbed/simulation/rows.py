@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record
-
-Array = npt.NDArray[np.float64]
 
 
 class Rows:

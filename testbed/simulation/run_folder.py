@@ -8,19 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Columns
 from testbed.formats.files import check_space, plain, write_text
 from testbed.formats.yaml_files import write_yaml, yaml_text
 from testbed.simulation.description import recording_meta
 from testbed.simulation.pictures import Album
 from testbed.simulation.recorder import RunRecorder, size_bytes, write_summary
-from testbed.simulation.runs import Columns, open_run
+from testbed.simulation.runs import open_run
 from testbed.simulation.truth_machine import TRUTH_MACHINE, truth_machine
 from testbed.world.summary import surveyed
-
-Array = npt.NDArray[np.float64]
 
 LEAST_ROWS_A_PART, LONGEST_WAIT_S = 200, 5.0
 """A part is a simulated second of rows, but at least so many, for its head alone takes 100 kB; rows

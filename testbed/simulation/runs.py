@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Columns
 from testbed.formats.files import check_links, read_json
 from testbed.formats.table import read_numbers, readable
 from testbed.formats.yaml_files import read_yaml
@@ -20,8 +20,6 @@ from testbed.recording.former import current, with_former
 from testbed.scenario.machines import Machines, machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
 
-Array = npt.NDArray[np.float64]
-Columns = Mapping[str, Array]
 SCENARIO = "scenario.yaml"
 
 
@@ -39,7 +37,7 @@ class RecordedRun:
     """None where the run was killed before it could be summed up."""
 
     @property
-    def time_s(self) -> npt.NDArray[np.float64]:
+    def time_s(self) -> Array:
         """Time of the data's rows [s]."""
         return self.data["t"]
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.estimation.commissioning import zero_name
 from testbed.estimation.live.uncertainty import areas_m2
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
 from testbed.robot.model import RobotModel
 from testbed.scenario.scenario import Scenario
@@ -53,7 +53,7 @@ def zero_forces(simulation: Any) -> dict[str, Any]:
     return out
 
 
-def weigh(model: RobotModel, link_masses_kg: NDArray[np.float64]) -> tuple[float, ...]:
+def weigh(model: RobotModel, link_masses_kg: Array) -> tuple[float, ...]:
     """Total mass and centre of mass, body frame, with `link_masses_kg` (12) added at the centres of
     the axes' links.
     """

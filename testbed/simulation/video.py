@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.errors import InputError
+from testbed.errors import extra
 from testbed.formats.files import check_file, whole
 from testbed.simulation.pictures import Camera
 
@@ -88,12 +88,4 @@ class Video:
 
 def _encoder() -> Any:
     """The module that encodes .mp4."""
-    try:
-        import imageio_ffmpeg
-    except ImportError as error:
-        raise InputError(
-            "needs the extra video for .mp4",
-            field="--video",
-            allowed="pip install 'roboclimber-testbed[video]', or a name ending in .gif or .webp",
-        ) from error
-    return imageio_ffmpeg
+    return extra("imageio_ffmpeg", "video", ", or a name in .gif or .webp", field="--video")

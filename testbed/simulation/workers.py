@@ -19,7 +19,7 @@ from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
-from testbed.errors import InputError
+from testbed.errors import InputError, extra
 from testbed.formats.sockets import user_code
 
 Item = TypeVar("Item")
@@ -98,16 +98,9 @@ def cluster_client(address: str) -> Any:
 
     Raises InputError where the extra is missing, or where no scheduler answers.
     """
+    distributed = extra("distributed", "sweep", field="--dask")
     try:
-        from distributed import Client
-    except ImportError as error:
-        raise InputError(
-            "needs the extra sweep",
-            field="--dask",
-            allowed="pip install 'roboclimber-testbed[sweep]'",
-        ) from error
-    try:
-        return Client(address, timeout=CONNECT_S)
+        return distributed.Client(address, timeout=CONNECT_S)
     except (OSError, ValueError, TimeoutError) as error:
         allowed = "the address of a running dask scheduler, such as tcp://127.0.0.1:8786"
         raise InputError(

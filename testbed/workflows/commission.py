@@ -39,8 +39,7 @@ from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
 from testbed.recording.leg_model import Parameter
 from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_robot_model
-from testbed.report.page import render
-from testbed.report.tables import Table
+from testbed.report.page import Table, render
 from testbed.robot.robot import Robot
 from testbed.workflows.estimate import survey_of
 

@@ -9,19 +9,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
 from testbed.estimation.detectors import scale as scales
 from testbed.estimation.detectors.single_force import SingleForce
 from testbed.estimation.losses import LOSS_S, LOSS_SHARE, LossRule, intervals, score_contact
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.files import check_file
 from testbed.formats.records import SET
 from testbed.workflows.feet import RecordedFeet, carrying_of, read_feet
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
-
 
 MOST_LOSS_S = 10.0
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError, naming
+from testbed.formats.arrays import Array
 from testbed.formats.files import check_file, check_links
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.names import LEGS, SIDES
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from testbed.robot.robot import Robot
     from testbed.world.believed import OwnBelief
 
-Array = npt.NDArray[np.float64]
 SHIPPED = "own"
 """The estimate of a robot's feet that is written unless another is named."""
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.errors import InputError
+from testbed.errors import InputError, extra
+from testbed.formats.arrays import Array
 from testbed.formats.files import check_file, whole
 from testbed.robot.attitude import quaternions_of
 from testbed.simulation.runs import RecordedRun, read_run, run_machines
 
-Array = npt.NDArray[np.float64]
 ENDINGS = (".csv", ".mcap")
 NUMBER = {"type": "number"}
 XYZ = {"type": "object", "properties": {name: NUMBER for name in "xyz"}}
@@ -77,15 +77,10 @@ def _write_csv(run: RecordedRun, rows: npt.NDArray[np.int64], path: Path) -> Non
 
 
 def _write_mcap(run: RecordedRun, rows: npt.NDArray[np.int64], path: Path) -> None:
-    try:
-        from mcap.writer import Writer
-    except ImportError as error:
-        raise InputError(
-            "MCAP needs the package mcap: pip install 'roboclimber-testbed[mcap]'", file=path
-        ) from error
+    mcap = extra("mcap.writer", "mcap", file=path)
     series = {"/data": run.data, "/truth": run.truth}
     with whole(path) as hidden, hidden.open("wb") as stream:
-        writer = Writer(stream)
+        writer = mcap.Writer(stream)
         writer.start(profile="", library="roboclimber-testbed")
         channels = {
             topic: _channel(writer, topic, f"roboclimber{topic.replace('/', '.')}", _object(found))

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from testbed.errors import InputError, naming
 from testbed.estimation.losses import LossRule, nominal_load_n
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
 from testbed.machine.names import LEGS
@@ -25,7 +26,6 @@ from testbed.workflows.estimate import header_of
 if TYPE_CHECKING:
     from testbed.recording.axis_header import AnyHeader
 
-Array = npt.NDArray[np.float64]
 FOOT = "foot"
 """What the one foot of a rig is called."""
 
@@ -198,9 +198,7 @@ def _column_of(folder: Path, header: AnyHeader, time_s: Array) -> Callable[[str,
     return column
 
 
-def carrying_of(
-    reference: Array, time_s: Array, rule: LossRule, file: Path
-) -> npt.NDArray[np.bool_]:
+def carrying_of(reference: Array, time_s: Array, rule: LossRule, file: Path) -> Flags:
     """Whether the foot carries, (n,), by a contact channel (at most two distinct values) or a
     measured force, N.
     """

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.drilling.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.control.gait import BelievedStart, Gait
 from testbed.control.gaits.table import NOTHING_OWN, OwnParts, gait_of
+from testbed.control.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.effects.hidden import Hidden
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.estimation.live.expected import Expectation
+from testbed.formats.arrays import Array
 from testbed.laws.drill import DrillLoads
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.recording.rows import DrillKnown
@@ -27,9 +28,9 @@ from testbed.world.believed import OwnBelief, own_belief
 from testbed.world.drilling.drilling import Drilling, drill_known, drilling_of
 from testbed.world.engine import Engine
 from testbed.world.first_start import compile_apart
-from testbed.world.furnish import Truth, furnish
 from testbed.world.ground.footing import Footing, sinking
 from testbed.world.ground.terrain import Ground, make_ground
+from testbed.world.initial_state import Truth, initial_boards
 from testbed.world.start import Start, find_start
 from testbed.world.undeclared import bodies_of, hidden_of
 from testbed.world.verdict import Judge
@@ -38,8 +39,6 @@ RAISED_M = 0.05
 """Mean extension of the vertical cylinders from which on the robot starts on its feet, not on its
 belly.
 """
-
-Array = NDArray[np.float64]
 
 
 @dataclass
@@ -167,7 +166,7 @@ def assemble(
         start = find_start(site, ground, robot.model, engine, machines.truth, known, hidden)
         engine.reset(start.position_m, start.rotation, start.joints)
         truth = Truth(site, ground, robot, hidden, seeds[0])
-        boards = furnish(truth, belief, engine, start)
+        boards = initial_boards(truth, belief, engine, start)
         boards["drill"] = drill.loads
         drill.loads = boards[0].drill
         electronics = _electronics(scenario, believed, belief, start, own)
@@ -184,10 +183,7 @@ def assemble(
         noise_rng=seeds[1],
         added_noise_rng=np.random.default_rng([scenario.seed, 40]),
         judge=Judge(
-            start.rotation,
-            robot.model.total_mass_kg * GRAVITY_M_S2,
-            raised,
-            machines.truth.scale,
+            start.rotation, robot.model.total_mass_kg * GRAVITY_M_S2, raised, machines.truth.scale
         ),
         kinematics=robot.model,
         hidden=hidden,

@@ -33,7 +33,7 @@ from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty
 from testbed.formats.intervals import sd_of
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS
-from testbed.machine.ruled import check_effective
+from testbed.machine.overridden import check_effective
 from testbed.recording.leg_model import EffectEntry, LegModel
 from testbed.recording.robot_model import RobotModelFile, is_robot_model, read_robot_model
 from testbed.robot.model import RobotModel

@@ -17,17 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError, SimulationFault
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import merged
 from testbed.world.foot_contacts import FootContacts
-from testbed.world.ground.shape import ground_shape
-from testbed.world.ground.terrain import Ground
+from testbed.world.ground.terrain import Ground, ground_shape
 from testbed.world.quiet import quiet
 from testbed.world.rotations import quaternion
 from testbed.world.view import View
 
-Array = NDArray[np.float64]
 _ANGLE, _RATE = itemgetter(0), itemgetter(1)
 NEAR_M = 1.0e-3
 """Contact points further from touching than this are left out of a step (a foot comes down by 0.1
@@ -180,10 +179,7 @@ class Engine:
             self.bullet.changeDynamics(ground, -1, lateralFriction=1.0)
             self.bullet.changeDynamics(ground, -1, restitution=0.0)
         self.bullet.setJointMotorControlArray(
-            self.robot,
-            self.joints,
-            p.VELOCITY_CONTROL,
-            forces=[0.0] * len(self.joints),
+            self.robot, self.joints, p.VELOCITY_CONTROL, forces=[0.0] * len(self.joints)
         )
 
     def set_footing(
@@ -194,10 +190,7 @@ class Engine:
         link = list(self.foot_links)[leg]
         self.bullet.changeDynamics(self.robot, link, lateralFriction=friction)
         self.bullet.changeDynamics(
-            self.robot,
-            link,
-            contactStiffness=stiffness_n_m,
-            contactDamping=damping_n_s_m,
+            self.robot, link, contactStiffness=stiffness_n_m, contactDamping=damping_n_s_m
         )
 
     def sink_ground(self, leg: int, depth_m: float) -> None:
@@ -279,10 +272,7 @@ class Engine:
         for joint, (low, high) in zip(self.joints, self._limits, strict=True):
             self.bullet.changeDynamics(self.robot, joint, jointLowerLimit=low, jointUpperLimit=high)
         self.bullet.setJointMotorControlArray(
-            self.robot,
-            self.joints,
-            p.POSITION_CONTROL,
-            targetPositions=joints.tolist(),
+            self.robot, self.joints, p.POSITION_CONTROL, targetPositions=joints.tolist()
         )
 
     def apply(self, given: NDArray[Any]) -> None:
@@ -294,12 +284,7 @@ class Engine:
             names = ("joint_torque", "force", "torque")
             self._given, self._given_parts = given, tuple(given[name][0] for name in names)
         joint_torque, force, torque = self._given_parts
-        self._drive_joints(
-            self.robot,
-            self.joints,
-            p.TORQUE_CONTROL,
-            forces=joint_torque.tolist(),
-        )
+        self._drive_joints(self.robot, self.joints, p.TORQUE_CONTROL, forces=joint_torque.tolist())
         self._push(self.robot, -1, force.tolist(), self._centre, p.WORLD_FRAME)
         self._turn(self.robot, -1, torque.tolist(), p.WORLD_FRAME)
 

@@ -25,8 +25,8 @@ from testbed.estimation.live.whole_body import balance
 from testbed.formats.records import Record
 from testbed.machine.names import AXES
 from testbed.recording.rows import DataRow
-from testbed.world.between import RecordedRow, between_steps
 from testbed.world.board import Board
+from testbed.world.compiled_step import RecordedRow, between_steps
 from testbed.world.plant import plant_step
 from testbed.world.sensing import Noise
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from testbed.formats.arrays import Array
 
 NEAR_Y = 0.9
 """An axis that lies as near to y as this cannot be crossed with it."""
-
-Array = NDArray[np.float64]
 
 
 def quaternion(rotation: Array) -> Array:

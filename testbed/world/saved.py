@@ -31,15 +31,7 @@ if TYPE_CHECKING:
 FORMAT = "roboclimber-state/1"
 UNTOLD = ("name", "description", "duration_s", "expect", "mutation")
 """Fields of a scenario that a state does not depend on."""
-BROKEN = (
-    OSError,
-    EOFError,
-    ValueError,
-    KeyError,
-    TypeError,
-    AttributeError,
-    zipfile.BadZipFile,
-)
+BROKEN = (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile)
 """What reading a damaged file raises."""
 constant = constants(
     Engine,
@@ -148,10 +140,7 @@ def _told(simulation: Simulation) -> dict[str, Any]:
     """What a state must have in common with the run that it goes into."""
     scenario = simulation.scenario.model_dump(mode="json", exclude=set(UNTOLD))
     belief = np.ascontiguousarray(simulation.machine.chain.belief)
-    return {
-        "scenario": plain(scenario),
-        "model": hashlib.sha256(belief.tobytes()).hexdigest(),
-    }
+    return {"scenario": plain(scenario), "model": hashlib.sha256(belief.tobytes()).hexdigest()}
 
 
 def _where(told: Mapping[str, Any], now: Mapping[str, Any], field: str) -> str:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.world import plant
 
 if TYPE_CHECKING:
     from testbed.world.assembly import Assembled
 
-Array = NDArray[np.float64]
 ROPE_COLOUR = (0.15, 0.15, 0.17, 1.0)
 ROPE_RADIUS_M = 0.03
 """Thicker than the rope: the renderer drops what is thinner than a pixel."""

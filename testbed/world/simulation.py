@@ -24,6 +24,7 @@ from testbed.estimation.detectors.table import LIVE
 from testbed.estimation.estimator import SHIPPED
 from testbed.estimation.live.chosen import ChosenEstimator
 from testbed.estimation.live.judged import Judge
+from testbed.formats.arrays import Array
 from testbed.formats.sockets import user_code
 from testbed.machine.names import VERTICAL
 from testbed.recording.rows import DataRow
@@ -32,8 +33,9 @@ from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
 from testbed.world import sensing
 from testbed.world.assembly import Assembled, assemble
-from testbed.world.between import (
+from testbed.world.compiled_step import (
     CONTROL,
+    DATA_COLUMNS,
     ESTIMATE,
     FEET,
     MOVE,
@@ -42,18 +44,17 @@ from testbed.world.between import (
     RECORD,
     SENSE,
     SLOW,
+    TRUTH_COLUMNS,
     RecordedRow,
     between_steps,
+    check_rows,
     schedule_of,
 )
-from testbed.world.drilling.drilling import drill_known
-from testbed.world.drilling.hold import DrillHold
-from testbed.world.happenings import Happenings
-from testbed.world.plausible import DATA_COLUMNS, TRUTH_COLUMNS, check_rows
+from testbed.world.drilling.drilling import DrillHold, drill_known
 from testbed.world.saved import State, restore, save
+from testbed.world.scheduled_events import ScheduledEvents
 from testbed.world.verdict import LOOK_TICKS
 
-Array = NDArray[np.float64]
 SAMPLES = 1000
 """Samples whose noise is drawn at once."""
 
@@ -89,7 +90,7 @@ class Simulation:
         self._hold = DrillHold()
         self._chain = chain_in(self.machine.gait)
         m = self.machine
-        self._happenings = Happenings(m, self._row, scenario.events)
+        self._scheduled = ScheduledEvents(m, self._row, scenario.events)
         self._row["reference"] = m.start_joints
         self._row["carrying"] = 1.0
         self._ticks = -1
@@ -218,7 +219,7 @@ class Simulation:
 
     def _tick(self, t: float) -> None:
         m = self.machine
-        for event in self._happenings.due(t):
+        for event in self._scheduled.due(t):
             self._happen(event, t)
         m.drill.most_n = m.thrust.most_n
         m.drill.feed_n, m.drill.hammer = self._command.feed_n, self._command.hammer
@@ -229,7 +230,7 @@ class Simulation:
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
-        self._happenings.push(t)
+        self._scheduled.push(t)
         self._follow(m.gait.command(t, self._schedule.tick * self.dt, Measured(self._row)), t)
         self._watch(t)
         if m.footing is not None:
@@ -281,7 +282,7 @@ class Simulation:
 
     def _watch(self, t: float) -> None:
         m = self.machine
-        for rope in self._happenings.broken_ropes():
+        for rope in self._scheduled.broken_ropes():
             self.events.append({"t": t, "kind": "rope_broke", "rope": rope})
             m.judge.verdict, self.finished = "rope broke", True
         body, pressure = m.boards["body"], m.boards["axes"]["a"]["pressure"]
@@ -307,7 +308,7 @@ class Simulation:
 
     def _happen(self, event: Any, t: float) -> None:
         self.events.append({"t": t, **event.model_dump(exclude={"at_s"})})
-        self._happenings.happen(event)
+        self._scheduled.happen(event)
 
     def last_rows(self) -> tuple[Array, Array]:
         """The rows of the last block as far as it came: after a SimulationFault, what led to it."""

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.effects.hidden import Hidden
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
 from testbed.robot.loads.drill_loads import rods_wrench
@@ -24,7 +24,6 @@ from testbed.world.ground.footing import Footing, footing_of
 from testbed.world.ground.terrain import Ground, anchors_in_world
 from testbed.world.undeclared import anchors_of, attachments_of
 
-Array = NDArray[np.float64]
 TRIES, TOUCH_M = 40, 1.0e-6
 """A foot is brought down onto uneven ground to within this distance."""
 

@@ -13,7 +13,7 @@ from testbed.formats.records import put
 from testbed.laws.friction import SMALLEST_N
 from testbed.laws.holding import NO_HOLDING
 from testbed.laws.supply import CONSTANT
-from testbed.scenario.hydraulic_parts import HYDRAULIC_PARTS
+from testbed.scenario.world_parts import HYDRAULIC_PARTS
 
 QUICK_RAD_S = 2.0 * math.pi * 1.0e5
 """A second-order part this quick answers within any step."""
@@ -45,11 +45,7 @@ AXIS_OFF: dict[str, dict[str, float]] = {
     "friction_pressure": {"seal.pressure_coefficient": 0.0},
     "friction_load": {"seal.load_coefficient": 0.0},
     "friction_side_load": {"seal.side_load_coefficient": 0.0},
-    "leakage": {
-        "inner_leakage": 0.0,
-        "outer_leakage": 0.0,
-        **_EDGE_LEAKAGE,
-    },
+    "leakage": {"inner_leakage": 0.0, "outer_leakage": 0.0, **_EDGE_LEAKAGE},
     "internal_leakage": {"inner_leakage": 0.0},
     "outer_leakage": {"outer_leakage": 0.0},
     "edge_leakage": _EDGE_LEAKAGE,

@@ -16,6 +16,7 @@ from testbed.effects import by_name
 from testbed.effects.base import Effect
 from testbed.effects.hidden import Hidden, HiddenCylinder
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.records import get, put
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, LEGS
@@ -23,38 +24,6 @@ from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import ballasted, rehung
 from testbed.scenario.world_parts import Undeclared
 from testbed.world.sensing import DELAY_LENGTH
-
-Array = NDArray[np.float64]
-
-ADDED: Mapping[str, str] = {
-    "pressure_coefficient_m2": "seal.pressure_coefficient",
-    "load_coefficient": "seal.load_coefficient",
-    "leakage_m3_s_pa": "inner_leakage",
-    "air_share": "oil.air",
-    "deadband": "valve.dead_band",
-}
-"""Numbers of a hidden cylinder that are added to the machine's own -> dotted paths of
-AxisParameters.
-"""
-REPLACED: Mapping[str, str] = {
-    "position_slope": "seal.position_slope",
-    "bristle_stiffness_n_m": "seal.bristle_stiffness",
-    "bristle_damping_n_s_m": "seal.bristle_damping",
-    "elastic_share": "seal.elastic_share",
-    "thinning_1_k": "seal.viscosity_rate",
-    "spring_n_m": "extra.spring_stiffness",
-    "spring_rest_m": "extra.spring_rest",
-    "vibration_n": "extra.periodic_force",
-    "vibration_hz": "extra.periodic_frequency",
-    "cushion_n_m": "extra.cushion_stiffness",
-    "cushion_start_m": "extra.cushion_start",
-    "hose_m3_pa": "a.hose_capacity",
-    "hose_s": "hose_time",
-    "line_b_hz": "transducers.pipe_frequency",
-    "line_b_damping": "transducers.pipe_damping",
-}
-"""Numbers that take the place of the machine's own; frequencies become angular ones."""
-ANGULAR = ("vibration_hz", "line_b_hz")
 
 
 def hidden_of(entries: Sequence[Undeclared]) -> Hidden:
@@ -110,12 +79,10 @@ def put_into_cylinders(world: Hidden, params: NDArray[Any]) -> None:
     """Change the AxisParameters (12,) of the cylinders, in place."""
     for axis, cylinder in world.cylinders.items():
         row = params[AXES.index(axis)]
-        for name, path in ADDED.items():
-            put(row, path, get(row, path) + getattr(cylinder, name))
-        for name, path in REPLACED.items():
-            value = getattr(cylinder, name)
-            if value is not None:
-                put(row, path, 2.0 * math.pi * value if name in ANGULAR else value)
+        for path, value in cylinder.added.items():
+            put(row, path, get(row, path) + value)
+        for path, value in cylinder.replaced.items():
+            put(row, path, value)
 
 
 def put_into_supply(world: Hidden, unit: Any) -> None:

@@ -6,12 +6,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.estimation.losses import loss_force_n
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.scale import ROBOCLIMBER, Scale
-
-Array = NDArray[np.float64]
 
 TILT_FALL_RAD = math.radians(20.0)
 """Body turned this far from its start attitude against the slope: fallen (E)."""
@@ -47,13 +45,7 @@ class Judge:
         self.verdict = "stood"
 
     def look(
-        self,
-        t: float,
-        rotation: Array,
-        feet: Array,
-        carrying: NDArray[np.bool_],
-        loaded: NDArray[np.bool_],
-        belly_n: float,
+        self, t: float, rotation: Array, feet: Array, carrying: Flags, loaded: Flags, belly_n: float
     ) -> dict[str, Any] | None:
         """Feet (4, 3) in the world; returns the event that ends the run, or None.
 

@@ -11,7 +11,7 @@ import typer
 from typer.testing import CliRunner
 
 from testbed.cli import COMMANDS, LAB, app
-from testbed.cli.options import Changes, Shipped, with_changes
+from testbed.cli.options import Changes, Shipped, spread
 from testbed.report.console import answer
 
 
@@ -19,7 +19,7 @@ def told(*arguments: str) -> tuple[str, Changes, bool]:
     """What a command with changes is called with."""
     seen: list[Any] = []
 
-    @with_changes
+    @spread
     def command(scenario: Shipped, changes: Changes, quick: bool = False) -> None:
         seen.append((scenario, changes, quick))
 

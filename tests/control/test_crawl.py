@@ -37,7 +37,7 @@ from testbed.control.gaits.crawl.walk_plan import Stride
 from testbed.control.gaits.table import gait_of
 from testbed.errors import InputError
 from testbed.machine.build import build_machine
-from testbed.robot.loads.foot_load_sets import internal_force_of
+from testbed.robot.loads.foot_loads import internal_force_of
 
 ARMS = np.tile([0.19, 1.0, 1.0], 4)
 """Of levers about the middle of their range."""

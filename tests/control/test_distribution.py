@@ -12,11 +12,10 @@ import pytest
 from shipped import MACHINE, shipped_model
 
 from testbed.control.command import Command
-from testbed.control.distribution.controllers import CONTROLLERS, controller
+from testbed.control.distribution.controllers import CONTROLLERS, PseudoInverse, controller
 from testbed.control.distribution.corrected import Corrected
 from testbed.control.distribution.distribution import self_balanced
 from testbed.control.distribution.drill_sharing import DrillSharing, taken_by_thrust
-from testbed.control.distribution.pseudo_inverse import PseudoInverse
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, Balance, Statics
 from testbed.control.distribution.use_program import About, LastPlan, UseProgram

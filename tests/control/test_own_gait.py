@@ -10,10 +10,10 @@ from walking_machine import START, believed_start, scenario
 
 from testbed.control.gaits.own import checked_gait
 from testbed.control.measured import Measured
-from testbed.control.replay import replay
 from testbed.errors import InputError, UserCodeError
 from testbed.recording.rows import DataRow
 from testbed.scenario.scenario import load_scenario
+from testbed.simulation.replay import replay
 
 HEAD = "import numpy as np\nfrom testbed.control.command import Command\n"
 MINE = (

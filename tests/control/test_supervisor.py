@@ -13,8 +13,7 @@ from testbed.control.measured import Measured
 from testbed.laws.drill import DrillLoads
 from testbed.machine.names import VERTICAL
 from testbed.scenario.tasks import Drill, Push
-from testbed.world.drilling.drilling import DrillProgram
-from testbed.world.drilling.hold import FADE_S, DrillHold
+from testbed.world.drilling.drilling import FADE_S, DrillHold, DrillProgram
 
 DT = 0.01
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from shipped import MACHINE, shipped_model, slope_gravity
 
-from testbed.control.drilling.thrust import (
+from testbed.control.thrust import (
     ThrustBound,
     ordered_thrust_n,
     thrust_bound,

@@ -12,7 +12,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from testbed.envs.settings import MANY_STEPS
+from testbed.envs.training import MANY_STEPS
 from testbed.errors import InputError
 
 WITHOUT_EXTRAS = not (find_spec("stable_baselines3") and find_spec("distributed"))

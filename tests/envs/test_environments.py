@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import runpy
 import warnings
 from pathlib import Path
 
@@ -69,10 +70,12 @@ def test_entry_points_are_names_and_arguments_plain_json() -> None:
 
 
 def test_the_page_of_the_environments_is_what_the_code_says() -> None:
-    from testbed.envs.describe import page
-
-    text = (Path(__file__).parents[2] / "docs" / "environments.md").read_text()
-    assert text == page(), "python -m testbed.envs.describe > docs/environments.md"
+    docs = Path(__file__).parents[2] / "docs"
+    page, text = (
+        runpy.run_path(str(docs / "environments.py"))["page"],
+        (docs / "environments.md").read_text(),
+    )
+    assert text == page(), "python docs/environments.py > docs/environments.md"
     assert all(
         f"| {row.column} |" in text
         for row in (*TABLE, *SHARE_TABLE, *KEEP_TABLE, *HOLE_TABLE, *CLIMB_TABLE)

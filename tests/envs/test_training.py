@@ -20,8 +20,7 @@ from testbed.control.distribution.learned import Learned
 from testbed.envs import ENVIRONMENTS, NAMES, named
 from testbed.envs.playing import play
 from testbed.envs.policies import OPTIMISER, WEIGHTS, read_policy, read_tensors
-from testbed.envs.settings import MANY_STEPS, settings_of
-from testbed.envs.training import Session, latest, library, train
+from testbed.envs.training import MANY_STEPS, Session, latest, settings_of, train
 from testbed.errors import InputError
 from testbed.formats.files import read_json
 from testbed.formats.networks import write_network
@@ -90,9 +89,9 @@ def test_a_checkpoint_killed_at_any_byte_leaves_the_one_before(tmp_path: Path, n
 
 
 @pytest.mark.skipif(HAS_RL, reason="the extra `rl` is installed")
-def test_without_the_library_the_command_that_installs_it_is_named() -> None:
+def test_without_the_library_the_command_that_installs_it_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="pip install"):
-        library()
+        train("stand", tmp_path, 1)
 
 
 @pytest.mark.rl

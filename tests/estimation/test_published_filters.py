@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from testbed.estimation.filters import kbf, modified_kbf, reference
+from testbed.benchmarks.paper import filterpy_filters as reference
+from testbed.estimation.filters import kbf, modified_kbf
 from testbed.estimation.filters.kbf import KalmanState
 
 NOISES = {"process_variance": 25.0, "measurement_variance": 3600.0}

@@ -7,12 +7,25 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.laws.chamber_records import ChamberParameters, ChamberWork
-from testbed.laws.holding import COUNTERBALANCE, COUNTERBALANCE_BAND_PA, NO_HOLDING, PILOT_CHECK
-from testbed.laws.hydraulics import AxisInput, AxisState, hydraulic_step, sensed_load
+from testbed.laws.chamber import port
+from testbed.laws.holding import (
+    COUNTERBALANCE,
+    COUNTERBALANCE_BAND_PA,
+    NO_HOLDING,
+    PILOT_CHECK,
+    held_port,
+)
+from testbed.laws.hydraulics import (
+    AxisInput,
+    AxisState,
+    ChamberParameters,
+    ChamberWork,
+    hydraulic_step,
+    sensed_load,
+)
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.laws.port import PortFlow, held_port, port
+from testbed.laws.orifice import PortFlow
 from testbed.laws.supply import (
     LOAD_SENSING,
     UNLOADING,
@@ -22,7 +35,7 @@ from testbed.laws.supply import (
     wanted_stroke,
 )
 from testbed.machine.build import build_machine
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 
 TANK, SUPPLY = 1.0e5, 9.0e6
 

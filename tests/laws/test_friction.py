@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shipped import MACHINE
 
+from testbed.benchmarks.paper.figure_08 import steady_friction
 from testbed.laws.ends import (
     EndParameters,
     ExtraForces,
@@ -29,7 +30,6 @@ from testbed.laws.friction import (
     dwell_step,
     friction_step,
     relax,
-    steady_friction,
     stribeck_level,
 )
 from testbed.laws.hydraulics import AxisInput

@@ -12,7 +12,7 @@ from testbed.laws.hydraulics import AxisInput
 from testbed.laws.initial import UNLOADED_PA, settled_pa, start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.build import build_machine
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 
 MACHINE = build_machine()
 PARAMETERS, UNIT = axis_parameters(MACHINE)[2:3], unit_parameters(MACHINE)

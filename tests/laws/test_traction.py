@@ -14,7 +14,7 @@ from testbed.machine.build import build_machine
 from testbed.scenario.scenario import load_scenario
 from testbed.world import plant
 from testbed.world.board import Board
-from testbed.world.plumbing import traction_parameters
+from testbed.world.hydraulic_parameters import traction_parameters
 from testbed.world.simulation import Simulation
 
 DT = 1e-3

@@ -22,7 +22,7 @@ from testbed.errors import InputError
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import NEEDED, rows_of
 from testbed.machine.model import AXIS_GROUPS, shared_path
-from testbed.world.plumbing import axis_parameters
+from testbed.world.hydraulic_parameters import axis_parameters
 
 HERE = Path(__file__).parent
 AXES, LEGS = ("fl_vertical", "rr_radial", "fr_rotation"), ("fl", "rr")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.recording.importer.tables import read_any
+from testbed.recording.importer.importer import read_any
 
 
 def read(folder: Path, text: str, *wanted: str, name: str = "log.csv") -> dict[str, np.ndarray]:

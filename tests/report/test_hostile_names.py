@@ -22,8 +22,8 @@ from testbed.benchmarks.paper.benchmark import Paper
 from testbed.benchmarks.paper.experiment import Claim, Experiment, Line, Panel
 from testbed.machine.names import LEGS
 from testbed.report import loop_page, page
+from testbed.report.page import Table
 from testbed.report.style import RC, svg
-from testbed.report.tables import Table
 from testbed.workflows.report import write_report
 
 PACKAGE = Path(testbed.__file__).parent

@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from testbed.report.page import Table, markdown
 from testbed.report.series import busiest, course, envelope, limits, spread
-from testbed.report.tables import Table, markdown
 
 TIME_S = np.arange(10_000) / 100.0
 

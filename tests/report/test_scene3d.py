@@ -4,9 +4,8 @@ the file reads.
 
 from __future__ import annotations
 
-import builtins
+import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -68,14 +67,7 @@ def test_the_drawn_ground_lies_on_the_slope_and_shows_a_patch() -> None:
 def test_without_the_viewer_the_extra_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = builtins.__import__
-
-    def lacking(name: str, *rest: Any, **more: Any) -> Any:
-        if name == "rerun":
-            raise ImportError(name)
-        return real(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", lacking)
+    monkeypatch.setitem(sys.modules, "rerun", None)
     with pytest.raises(InputError, match=r"needs the extra `view`.*roboclimber-testbed\[view\]"):
         write_scene(tmp_path)
 

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.simulation.beside import Beside, can_copy
-from testbed.simulation.pictures import Album, pictures
+from testbed.simulation.pictures import Album, Beside, can_copy, pictures
 
 copied = pytest.mark.skipif(not can_copy(), reason="one core, or a system without copies")
 

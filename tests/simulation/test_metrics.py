@@ -8,7 +8,7 @@ from synthetic_run import RMS_N, synthetic_columns
 
 from testbed.estimation.losses import LossRule
 from testbed.machine.names import LEGS
-from testbed.scenario.expectation import Bound, Expect
+from testbed.scenario.events import Bound, Expect
 from testbed.simulation import metrics
 from testbed.simulation.expectations import unmet
 from testbed.simulation.residuals import beyond_friction, load_residuals, odd_one_out, suspect

@@ -189,9 +189,9 @@ def test_a_load_of_a_thousand_weights_is_a_fault_of_the_simulation_and_no_physic
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from testbed.errors import SimulationFault
-    from testbed.world import plausible
+    from testbed.world import compiled_step
 
-    monkeypatch.setattr(plausible, "MOST_WEIGHTS", 0.01)
+    monkeypatch.setattr(compiled_step, "MOST_WEIGHTS", 0.01)
     with pytest.raises(
         SimulationFault, match=r"foot_force_in_world_.* N at t = .* machine's weight"
     ):

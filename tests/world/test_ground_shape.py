@@ -10,8 +10,7 @@ import pytest
 
 from testbed.scenario.scenario import load_scenario
 from testbed.world.engine import BulletClient, p
-from testbed.world.ground.shape import ground_shape
-from testbed.world.ground.terrain import make_ground
+from testbed.world.ground.terrain import ground_shape, make_ground
 
 KINDS = {
     "plane": [],

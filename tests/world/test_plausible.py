@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from testbed.errors import SimulationFault
-from testbed.world.plausible import DATA_COLUMNS, TRUTH_COLUMNS, check_rows
+from testbed.world.compiled_step import DATA_COLUMNS, TRUTH_COLUMNS, check_rows
 
 WEIGHT_N = 40_000.0
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from testbed.scenario.world_parts import Rates
-from testbed.world.between import (
+from testbed.world.compiled_step import (
     CONTROL,
     ESTIMATE,
     FEET,

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from testbed.scenario.scenario import load_scenario
-from testbed.world import between
+from testbed.world import compiled_step
 from testbed.world.simulation import Simulation
 
 COMPILED = ("move", "feet", "sense", "estimate", "record", "control", "plant")
-FLAGS = {name: getattr(between, name.upper()) for name in COMPILED}
+FLAGS = {name: getattr(compiled_step, name.upper()) for name in COMPILED}
 """Parts that compiled code does, as many at once as follow one another."""
 STEPS = 200
 

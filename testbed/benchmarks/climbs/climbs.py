@@ -23,7 +23,7 @@ from testbed.control.gait import Gait
 from testbed.control.gaits.table import OwnParts
 from testbed.errors import InputError, SimulationFault
 from testbed.formats.sockets import load_class, split_user_class
-from testbed.report.tables import Table
+from testbed.report.page import Table
 from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.scenario.tasks import Crawl
 

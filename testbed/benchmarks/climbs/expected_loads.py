@@ -23,25 +23,24 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.machine.build import build_machine
-from testbed.machine.names import GRAVITY_M_S2, LEGS
-from testbed.report.tables import Table
-from testbed.robot.attitude import rotation_from_attitude
-from testbed.robot.contact.geometry import FootLoads
-from testbed.robot.loads.foot_load_sets import (
+from testbed.benchmarks.climbs.known_footing import (
     fixed_combinations,
     heights_under_load,
     load_interval_n,
     loads_of_measured_posture,
 )
+from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.formats.arrays import Array
+from testbed.machine.build import build_machine
+from testbed.machine.names import GRAVITY_M_S2, LEGS
+from testbed.report.page import Table
+from testbed.robot.attitude import rotation_from_attitude
+from testbed.robot.contact.geometry import FootLoads
 from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, drill_wrench
 from testbed.robot.model import RobotModel, attitude_gravity
 from testbed.scenario.scenario import load_scenario
 
-Array = NDArray[np.float64]
 SEED = 52_000
 FOOTING_SD_M = 3.0e-4
 """Height error of a footing (E): a plate on levelled rock; with more, feet stand in the air."""

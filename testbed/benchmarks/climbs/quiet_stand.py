@@ -13,14 +13,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
-from testbed.report.tables import Table
+from testbed.report.page import Table
 from testbed.scenario.scenario import load_scenario
 
-Array = NDArray[np.float64]
 LOCKED = ("hydraulics.valves_locked=true",)
 NO_LEAKAGE = ("hydraulics.without=[internal_leakage, outer_leakage, edge_leakage, hose]",)
 CASES: dict[str, tuple[str, ...]] = {

@@ -27,7 +27,7 @@ from testbed.estimation.detectors.table import detector_of
 from testbed.formats.files import make_folder, whole, write_text
 from testbed.formats.records import SET
 from testbed.formats.sockets import split_user_class, user_code
-from testbed.report.tables import Table
+from testbed.report.page import Table
 from testbed.workflows.commission import commission, recorded
 
 Tree = dict[str, Any]

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.estimation.detectors.base import Hold
 from testbed.estimation.live.contact import ContactState, limits_at, step
-from testbed.estimation.losses import LOSS_SHARE, Flags, LossRule, follow, intervals
+from testbed.estimation.losses import LOSS_SHARE, LossRule, follow, intervals
+from testbed.formats.arrays import Flags
 from testbed.formats.records import SET
 
 Array = NDArray[np.float64]

@@ -22,7 +22,7 @@ from testbed.benchmarks.statistics import poisson, wilson
 from testbed.control.layers.supervisor import CALM_S
 from testbed.estimation.detectors.table import BEST
 from testbed.estimation.losses import EARLY_S, FOUND_S, LOSS_S, LOSS_SHARE, STANDING_S
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 Tree = dict[str, Any]
 COMMISSIONED = "commissioned"

@@ -23,13 +23,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.benchmarks.contact_loss import warning_rule as rule
+from testbed.benchmarks.contact_loss.planned_thrust import planned_thrust
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, draw
 from testbed.benchmarks.contact_loss.score import CLASSES, NEAR_SHARE, Reference
 from testbed.benchmarks.contact_loss.tapes import Tape
+from testbed.benchmarks.contact_loss.warning_rule import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
 from testbed.benchmarks.statistics import wilson
-from testbed.control.drilling.thrust_plan import planned_thrust
-from testbed.estimation.detectors import warning as rule
-from testbed.estimation.detectors.warning import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
 from testbed.estimation.losses import intervals
 from testbed.formats.records import SET
 

@@ -12,15 +12,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.benchmarks.control_tasks.episodes import best_found, episode
 from testbed.benchmarks.control_tasks.tasks import TASKS, trained
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.errors import InputError
-from testbed.report.tables import Table
+from testbed.formats.arrays import Array
+from testbed.report.page import Table
 
-Array = NDArray[np.float64]
 Scores = Mapping[int, float]
 """By the case's seed."""
 ORACLE = "oracle"

@@ -9,14 +9,11 @@ import math
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from testbed.benchmarks.control_tasks.agents.base import Agent
 from testbed.benchmarks.control_tasks.oracle import Found, search
 from testbed.benchmarks.control_tasks.tasks import Entrant, PlannedAgent, Task
-from testbed.envs.agents.base import Agent
+from testbed.formats.arrays import Array
 
-Array = NDArray[np.float64]
 DECIDED = 1e-9
 """An episode is given up where no more than this is left to be paid."""
 TOLD = ("verdict", "slip_m", "held", "caught_s", "depth_m", "t_s")

@@ -15,13 +15,12 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from testbed.envs.agents.base import Readings, Vector
-from testbed.envs.agents.drill_hole import action_of
-from testbed.envs.agents.keep import STEP_S, Secure
+from testbed.benchmarks.control_tasks.agents.base import Readings, Vector
+from testbed.benchmarks.control_tasks.agents.drill_hole import action_of
+from testbed.benchmarks.control_tasks.agents.keep import STEP_S, Secure
+from testbed.formats.arrays import Array, Flags
 
-Array = NDArray[np.float64]
 POPULATION, KEPT = 8, 2
 """Plans drawn a round, and how many of them the next round is drawn around."""
 SHIFT_S = (0.0, 0.1, 0.2, 0.4)
@@ -114,7 +113,7 @@ class KeepPlan(Secure):
     def _left(self) -> float:
         return self._alone * self._slope_n
 
-    def _raised_m_s(self, seen: Readings, holds: NDArray[np.bool_]) -> tuple[float, float]:
+    def _raised_m_s(self, seen: Readings, holds: Flags) -> tuple[float, float]:
         now = np.array([seen["orders.diagonal"], seen["orders.front"]])
         if holds.all() and self._stood_m is None:
             return super()._raised_m_s(seen, holds)

@@ -7,19 +7,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
+from testbed.benchmarks.control_tasks.agents.base import Agent, Constant, Trained
+from testbed.benchmarks.control_tasks.agents.drill_hole import Adaptive, Drill, Reserve, action_of
+from testbed.benchmarks.control_tasks.agents.keep import Hauling, Secure, Yielding
 from testbed.benchmarks.control_tasks.oracle import HolePlan, KeepPlan
 from testbed.envs import named
-from testbed.envs.agents.base import Agent, Constant, Trained
-from testbed.envs.agents.drill_hole import Adaptive, Drill, Reserve, action_of
-from testbed.envs.agents.keep import Hauling, Secure, Yielding
 from testbed.envs.drill_hole import HANDBOOK
 from testbed.envs.policies import read_policy
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 
-Array = NDArray[np.float64]
 QP = ("control.distribution=qp",)
 SELDOM = 5
 MakeAgent = Callable[[Any], Agent]

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from testbed.formats.arrays import Array
 from testbed.formats.yaml_files import read_yaml
 
-Array = npt.NDArray[np.float64]
 LISTED = read_yaml(Path(__file__).with_name("listed_laws.yaml"))
 """Which law stands for which listed effect, by kind of rig."""
 

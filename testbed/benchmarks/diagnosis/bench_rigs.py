@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.benchmarks.diagnosis.bench_laws import (
     AS_LARGE_AS_FRICTION,
@@ -23,11 +22,11 @@ from testbed.benchmarks.diagnosis.bench_laws import (
     Motion,
 )
 from testbed.estimation.leg.force import MOVING_M_S
+from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording, Rig
 from testbed.recording.axis_header import Channel, Header, ReferenceForce
 from testbed.recording.known import Known
 
-Array = npt.NDArray[np.float64]
 NOISES = ("white", "coloured", "quantised", "outliers")
 RATES_HZ = (200.0, 500.0, 1000.0)
 KINDS = ("outside", "listed", "clean", "outside", "listed", "outside")

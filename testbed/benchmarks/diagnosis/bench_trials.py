@@ -29,7 +29,7 @@ from testbed.diagnosis.leg.bench_probabilities import (
 from testbed.diagnosis.leg.diagnose import diagnose
 from testbed.formats.files import check_file, write_text
 from testbed.formats.yaml_files import yaml_text
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 Trial = dict[str, Any]
 FIRST_SEED = 600

@@ -10,7 +10,7 @@ from testbed.benchmarks.diagnosis.page import page, table
 from testbed.benchmarks.diagnosis.scores import Trial, scores
 from testbed.benchmarks.diagnosis.trials import trial
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 FIRST_SEED = 1000
 """Seeds below were looked at while thresholds were set; the blind test begins here."""

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.benchmarks.diagnosis.scores import Trial, calibration, truth_set
 from testbed.benchmarks.harness import stored
@@ -30,10 +29,10 @@ from testbed.diagnosis.leg.probabilities import (
 )
 from testbed.diagnosis.leg.signs import Signs
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.files import check_file, write_text
 from testbed.formats.yaml_files import yaml_text
 
-Array = npt.NDArray[np.float64]
 RIDGE = 3.0
 """Weight of the squared distances from START, which rests on more rigs, against the loss summed
 over all rigs; of constants it is SLIGHT."""

@@ -17,18 +17,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.benchmarks.statistics import rms
 from testbed.errors import InputError
 from testbed.estimation.friction.identification import identify_rig
 from testbed.estimation.leg.force import MOVING_M_S, estimate
 from testbed.estimation.leg.signals import signals_of
+from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording, Rig, read_rig
 from testbed.recording.leg_model import Friction, LegModel
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
-Array = NDArray[np.float64]
 CUT_HZ, ORDER, DECIMATED = 100.0, 4, 25
 FIRST, LAST = 5, 10
 SEAL_LIMIT, DRIVE_LIMIT = 0.006, 0.054

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.report.page import render
+from testbed.report.page import Table, render
 from testbed.report.style import BLUE, GREY, RC, svg
-from testbed.report.tables import Table
 
 TARGETS = {
     "single_named": ("single effects named right", "at least 0.85"),

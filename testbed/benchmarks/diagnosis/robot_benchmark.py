@@ -15,7 +15,7 @@ from testbed.benchmarks.diagnosis.robot_trials import ALL_ASKED, Asked, trial
 from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.errors import InputError
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 
 @dataclass(frozen=True)

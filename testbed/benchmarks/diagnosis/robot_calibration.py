@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.benchmarks.diagnosis.calibration import (
     halves,
@@ -39,10 +38,10 @@ from testbed.diagnosis.robot.probabilities import (
 )
 from testbed.diagnosis.robot.probabilities import calibration as calibration_numbers
 from testbed.effects import kind_of
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.files import check_file, write_text
 from testbed.formats.yaml_files import yaml_text
 
-Array = npt.NDArray[np.float64]
 Numbers = dict[str, Any]
 START: dict[str, float] = {
     "share": 0.6,
@@ -93,7 +92,7 @@ def fit(trials: Sequence[Trial]) -> Numbers:
     return found | {"lapse": fitted_lapse(trials, found)}
 
 
-def _rows(weighed: Weighed, truth: frozenset[str]) -> npt.NDArray[np.bool_]:
+def _rows(weighed: Weighed, truth: frozenset[str]) -> Flags:
     """(k,) which of the sets is the truth."""
     return np.array([frozenset(names) == truth for names in weighed.names], dtype=bool)
 

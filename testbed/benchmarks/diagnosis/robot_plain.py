@@ -21,7 +21,7 @@ from testbed.benchmarks.diagnosis.scores import rate
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.effects import by_name, place_of
 from testbed.errors import InputError
-from testbed.report.tables import Table
+from testbed.report.page import Table
 from testbed.scenario.scenario import Scenario, load_scenario
 
 SIZES = Path(__file__).with_name("robot_plain.yaml")

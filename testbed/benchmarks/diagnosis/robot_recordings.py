@@ -14,12 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.benchmarks.marks import digest, sources
+from testbed.formats.arrays import Array
 from testbed.scenario.scenario import Scenario
 
-Array = npt.NDArray[np.float64]
 NO_SAY = ("diagnosis/*", "diagnosis/*/*")
 """Sources that have no say in what a run records."""
 TRUTH = "foot_load_"

@@ -14,13 +14,13 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.benchmarks.diagnosis.robot_draws import MOTIONS, SECONDS, Drawn, drawn
 from testbed.benchmarks.diagnosis.robot_recordings import Run, run_of
 from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.effects import by_name
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
 from testbed.scenario.scenario import load_scenario
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from testbed.recording.robot_model import RobotModelFile
     from testbed.robot.robot import Robot
 
-Array = npt.NDArray[np.float64]
 VISIBLE = 6.0
 """An effect is visible in a run where knowing its name raises ln of the evidence by so much."""
 SETTLED_S = 1.0

@@ -23,7 +23,7 @@ from testbed.control.distribution.controllers import CONTROLLERS, controller
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.errors import InputError
 from testbed.formats.files import write_text
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 Run = tuple[Case, str]
 """A case, and the controller it runs under."""

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.distribution.cases import Case, Outcome
-from testbed.report.tables import Table
+from testbed.formats.arrays import Array
+from testbed.report.page import Table
 
-Array = NDArray[np.float64]
 BASE = "qp"
 RESAMPLES, SPAN = 4000, (0.025, 0.975)
 

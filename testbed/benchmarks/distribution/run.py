@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.benchmarks.distribution.cases import Case, Outcome
 from testbed.control.distribution.controllers import controller
@@ -22,10 +21,10 @@ from testbed.control.distribution.statics import FEET, NORMALS, UNKNOWNS, Balanc
 from testbed.control.gait import Layered
 from testbed.control.layers.trim import Trim
 from testbed.control.measured import Measured
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import LEGS
 from testbed.scenario.scenario import Scenario
 
-Array = NDArray[np.float64]
 ON_S, MEASURE_S = 1.0, 2.0
 LOST_N, LOST_ROWS, FLOOR_N = 100.0, 20, 100.0
 """A foot is lost when its normal load stays below LOST_N for LOST_ROWS ms; friction use counts no
@@ -49,7 +48,7 @@ class Informed(Statics):
         self.attitude_rad = np.zeros(3)
         self._error: Array | None = None
 
-    def look(self, measured: Measured, stance: NDArray[np.bool_]) -> Balance:
+    def look(self, measured: Measured, stance: Flags) -> Balance:
         """The balance now."""
         now = super().look(measured.but(attitude=self.attitude_rad), stance)
         error = now.measured - self.truth

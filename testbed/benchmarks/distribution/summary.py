@@ -7,13 +7,11 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.benchmarks.distribution.cases import Case, Outcome
 from testbed.benchmarks.distribution.compare import BASE, against_base
-from testbed.report.tables import Table
-
-Array = NDArray[np.float64]
+from testbed.formats.arrays import Array, Flags
+from testbed.report.page import Table
 
 
 def summarise(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> dict[str, Any]:
@@ -37,7 +35,7 @@ def summarise(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> d
     }
 
 
-def _scores(rows: Sequence[Outcome], best: Array, affected: NDArray[np.bool_]) -> dict[str, Any]:
+def _scores(rows: Sequence[Outcome], best: Array, affected: Flags) -> dict[str, Any]:
     use = np.array([row.friction_use for row in rows])
     regret, absolute = use / np.maximum(best, 1e-6) - 1.0, use - best
     lowest, hours = np.array([row.lowest_normal_n for row in rows]), sum(row.hours for row in rows)

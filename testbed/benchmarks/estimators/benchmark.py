@@ -18,7 +18,7 @@ from testbed.estimation.estimator import estimator_of
 from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.formats.sockets import split_user_class
 from testbed.machine.build import build_machine
-from testbed.report.tables import Table
+from testbed.report.page import Table
 from testbed.world.believed import OwnBelief
 
 RUNS = (*JUDGE, *DITHERED, *LIARS)

@@ -30,9 +30,9 @@ from testbed.estimation.calibration import (
     Calibrated,
     calibrate,
 )
+from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording
 
-Array = NDArray[np.float64]
 K_PA_PER_V = 2.0e6
 CONVERTER_V = 5.0 / 4096.0
 REGION_95 = 5.991464547

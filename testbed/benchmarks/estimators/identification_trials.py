@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from testbed.estimation.friction.identification import identify
 from testbed.estimation.friction.posterior import curve
+from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording
 from testbed.recording.axis_header import Calibration, Channel, Header, ReferenceForce
 from testbed.recording.known import Known
 from testbed.recording.leg_model import Friction
 
-Array = NDArray[np.float64]
 RATE_HZ = 1000.0
 PRESSURE_NOISE_PA = 8.0e3
 PRESSURE_STEP_PA = 2441.4

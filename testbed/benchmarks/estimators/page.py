@@ -12,8 +12,7 @@ from testbed.benchmarks.estimators.scores import (
     NAMES,
     WHOLE,
 )
-from testbed.report.page import render
-from testbed.report.tables import Table
+from testbed.report.page import Table, render
 
 TITLES = {
     "all temperatures": "All runs, 10 to 50 degC",

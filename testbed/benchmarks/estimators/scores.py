@@ -15,7 +15,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.benchmarks.estimators.trials import BASE_C, Series
 from testbed.estimation.detectors.base import start
@@ -25,13 +24,13 @@ from testbed.estimation.leg.motion import motion, through_steps
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, without
 from testbed.estimation.live.chain import replay, replay_rows
+from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90
 from testbed.formats.sockets import user_code
 from testbed.machine.names import LEGS
 from testbed.robot.model import RobotModel
 from testbed.world.believed import OwnBelief
 
-Array = NDArray[np.float64]
 Scores = dict[str, dict[str, dict[str, Any]]]
 MOVING_M_S, SLOW_M_S = 3e-3, 5e-3
 LEFT_OUT_S = 1.0

@@ -14,14 +14,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import DrillKnown
 from testbed.scenario.scenario import Scenario, load_scenario
 
-Array = NDArray[np.float64]
 BASE_C = 40.0
 """The temperature at which the pressure sensors were calibrated, degC."""
 FRICTION_ERROR = 0.05

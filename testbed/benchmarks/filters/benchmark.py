@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from testbed.benchmarks.filters.rivals import OWN, RIVALS, Filter
 from testbed.benchmarks.filters.scenes import NOISE_N, RATE_HZ, SCENES, scene
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.estimation.filters.table import OWN, RIVALS, Filter
-from testbed.report.tables import Table
+from testbed.formats.arrays import Array
+from testbed.report.page import Table
 
 Tree = dict[str, Any]
 FILTERS = {filter_.name: filter_ for filter_ in (*RIVALS, OWN)}
@@ -75,9 +75,7 @@ def compare_scene(name: str, seeds: int = 5) -> SceneResult:
     return SceneResult(name, errors | {OWN.name: ours}, constants | {OWN.name: usual}, ratio)
 
 
-def half_height_delays(
-    filter_: Filter, heights_n: NDArray[np.float64], seed: int = 0
-) -> NDArray[np.float64]:
+def half_height_delays(filter_: Filter, heights_n: Array, seed: int = 0) -> Array:
     """Samples from each true step to half its height, inf where it is not reached in 800 samples.
 
     The same noise for every filter, so that delays compare step by step.

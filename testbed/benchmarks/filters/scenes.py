@@ -12,9 +12,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from testbed.formats.arrays import Array
+
 RATE_HZ = 1000.0
 NOISE_N = 60.0
 SECONDS = 20.0

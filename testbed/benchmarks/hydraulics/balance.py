@@ -24,9 +24,8 @@ from testbed.laws.oil import ATMOSPHERE_PA, enthalpy, specific_volume
 from testbed.machine.build import build_machine
 from testbed.machine.sets import SetName
 from testbed.scenario.world_parts import Rates
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 
-Array = NDArray[np.float64]
 STEP_S = 1e-3
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.benchmarks.hydraulics.balance import balance
@@ -23,12 +22,12 @@ from testbed.benchmarks.hydraulics.free_mass import (
 )
 from testbed.benchmarks.hydraulics.manoeuvres import HOLD_S, Manoeuvre, manoeuvre
 from testbed.benchmarks.hydraulics.reference import solve
+from testbed.formats.arrays import Array
 from testbed.formats.files import write_text
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
-from testbed.report.tables import Table
+from testbed.report.page import Table
 from testbed.scenario.world_parts import Rates
 
-Array = NDArray[np.float64]
 Piece = tuple[str, float | str]
 """What is checked, and its number, name, seconds or switch."""
 FULL_FORCE_N = 15e3

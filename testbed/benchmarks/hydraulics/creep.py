@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.hydraulics.balance import STEP_S, Array, machine
+from testbed.benchmarks.hydraulics.balance import STEP_S, machine
 from testbed.benchmarks.hydraulics.free_mass import FreeRig, Mass
+from testbed.formats.arrays import Array
 from testbed.laws.friction import stribeck_level
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, VAPOUR_PA, specific_volume

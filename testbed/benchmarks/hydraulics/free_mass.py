@@ -24,15 +24,15 @@ from testbed.benchmarks.hydraulics.reference import (
     rates,
 )
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 from testbed.laws.coupling import centre_window
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.machine.names import GRAVITY_M_S2
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
 
-Array = NDArray[np.float64]
 QUARTER_KG, FRAME_KG = 1000.0, 91.7
 """A quarter of the robot, and the inner sliding frame alone (A)."""
 STEP_S = 1e-3

@@ -23,13 +23,13 @@ from testbed.benchmarks.hydraulics.reference import (
 )
 from testbed.benchmarks.statistics import rms
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.scenario.world_parts import Rates
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
 
-Array = NDArray[np.float64]
 STEP_S = 1e-3
 LADDER = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 """Tolerances offered to LSODA, loosest first."""

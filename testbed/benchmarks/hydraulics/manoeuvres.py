@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.hydraulics.reference import machine_of_both
+from testbed.formats.arrays import Array
 from testbed.laws.initial import start_axes, start_supply
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
 
-Array = NDArray[np.float64]
 KINDS = ("reversals", "sticking", "dead band", "end stop", "starved supply", "near vapour pressure")
 HOLD_S = 0.05
 """Commands are held this long."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.model import Machine
 from testbed.machine.sets import SetName
@@ -23,7 +24,6 @@ from testbed.machine.sets import SetName
 if TYPE_CHECKING:
     from testbed.benchmarks.hydraulics.manoeuvres import Manoeuvre
 
-Array = NDArray[np.float64]
 P0, PV, CM3 = 1.0e5, 1.0e3, 1.0e-6
 SET: SetName = "original"
 """The machine whose laws stand here: its supply is constant and its valves hold no load."""

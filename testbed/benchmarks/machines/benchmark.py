@@ -35,7 +35,7 @@ from testbed.benchmarks.machines.runs import (
 from testbed.benchmarks.statistics import rms
 from testbed.errors import InputError
 from testbed.formats.files import read_json, write_json
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 Z95 = 1.959964
 KINDS = {

@@ -14,13 +14,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from testbed.formats.arrays import Array
 from testbed.formats.yaml_files import read_mapping
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
-Array = NDArray[np.float64]
 Rows = Sequence[Sequence[str]]
 FIGURES_YAML = Path(__file__).with_name("figures.yaml")
 

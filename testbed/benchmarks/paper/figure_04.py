@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from testbed.benchmarks.estimators.calibration_trials import inside
 from testbed.benchmarks.estimators.identification_trials import KNOWN, recording_of
-from testbed.benchmarks.paper.experiment import Array, Line, Result
+from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, run
 from testbed.benchmarks.paper.machine import chosen
 from testbed.estimation.calibration import A_SD, B_SD_V, Calibrated, calibrate
+from testbed.formats.arrays import Array
 from testbed.machine.names import GRAVITY_M_S2, LEGS
 
 K_PA_PER_V = 2.0e6
@@ -71,12 +72,12 @@ def straight_line(volts: Array, load_n: Array, area_m2: float) -> Regression:
     return Regression(float(a), float(b), float(1.0 - rest.var() / y.var()))
 
 
-def through(read_pa: Array, ab: NDArray[np.float64]) -> Array:
+def through(read_pa: Array, ab: Array) -> Array:
     """Voltage of a sensor with a, b that stands at the pressure `read_pa`: (2) solved for V."""
     return np.asarray((read_pa / K_PA_PER_V - ab[1]) / ab[0])
 
 
-def own_calibration(trace: Trace, ab: NDArray[np.float64], name: str) -> Calibrated:
+def own_calibration(trace: Trace, ab: Array, name: str) -> Calibrated:
     """A and b of both sensors by the balance of both chambers, friction and weight included."""
     volts = [through(p, s) for p, s in zip((trace.read_a_pa, trace.read_b_pa), ab, strict=True)]
     noise = np.random.default_rng(5).normal(0.0, 1.7, trace.load_n.size)

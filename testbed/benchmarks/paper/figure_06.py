@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.benchmarks.paper.experiment import Array, Line, Result
+from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.figure_04 import (
     CELL_AT_M,
     K_PA_PER_V,
@@ -15,6 +15,7 @@ from testbed.benchmarks.paper.figure_04 import (
 )
 from testbed.benchmarks.paper.leg import MASS_KG, Trace, run, sinusoid
 from testbed.benchmarks.paper.machine import once_per_machine
+from testbed.formats.arrays import Array
 from testbed.machine.names import GRAVITY_M_S2
 
 WEIGHT_N = MASS_KG * GRAVITY_M_S2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,14 +14,15 @@ from testbed.benchmarks.estimators.identification_trials import (
     friction_force,
     recording_of,
 )
-from testbed.benchmarks.paper.experiment import Array, Line, Result
+from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.figure_06 import in_the_air
 from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, run
 from testbed.benchmarks.paper.machine import chosen, once_per_machine
 from testbed.estimation.friction.identification import Identification, identify
 from testbed.estimation.friction.posterior import curve
 from testbed.estimation.leg.motion import smooth
-from testbed.laws.friction import steady_friction
+from testbed.formats.arrays import Array
+from testbed.laws.friction import stribeck_level
 from testbed.machine.names import GRAVITY_M_S2
 
 SPEEDS_M_S = (0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.05, 0.07)
@@ -30,6 +32,18 @@ PLATEAU_S = 1.5
 """Least duration of a speed."""
 VISCOUS_FROM_M_S = 0.015
 """Two Stribeck speeds and more."""
+
+
+def steady_friction(
+    v: float, coulomb_n: float, static_n: float, stribeck_m_s: float, viscous_n_s_m: float
+) -> float:
+    """Equation (4) at constant speed v != 0, N, with the parameters of v's direction; 0 at v =
+    0.
+    """
+    if v == 0.0:
+        return 0.0
+    level = stribeck_level(abs(v), coulomb_n, static_n, stribeck_m_s)
+    return viscous_n_s_m * v + math.copysign(level, v)
 
 
 def speeds_both_ways() -> Array:

@@ -14,7 +14,7 @@ from testbed.benchmarks.paper.stick_slip import (
     slow_reversals,
 )
 from testbed.estimation.leg.motion import smooth
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 SLOW_M_S, TRAVEL_M = 1.0e-3, 0.010
 COUNT_M = 1.0e-4

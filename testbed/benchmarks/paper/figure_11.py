@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.benchmarks.estimators.identification_trials import friction_force
-from testbed.benchmarks.paper.experiment import Array, Line, Result
+from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.figure_06 import WEIGHT_N, in_the_air
 from testbed.benchmarks.paper.figure_08 import identified, velocity
 from testbed.benchmarks.paper.leg import Trace
 from testbed.estimation.leg.motion import smooth
+from testbed.formats.arrays import Array
 
 SLOW_M_S = 5.0e-3
 

@@ -8,10 +8,10 @@ from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.figure_06 import in_the_air
 from testbed.benchmarks.paper.figure_08 import velocity
 from testbed.benchmarks.paper.figure_11 import SLOW_M_S, external_force
+from testbed.benchmarks.paper.filterpy_filters import kbf, modified_kbf
 from testbed.benchmarks.paper.leg import RATE_HZ
 from testbed.benchmarks.statistics import rms
 from testbed.estimation.filters import persistent
-from testbed.estimation.filters.reference import kbf, modified_kbf
 from testbed.estimation.live.believed import Tuning
 
 TRIALS, E_MAX_N = 12, 300.0

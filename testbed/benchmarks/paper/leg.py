@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from testbed.benchmarks.paper.machine import chosen
 from testbed.compiled import njit
 from testbed.control.valve_loop import position_loops, valve_command
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 from testbed.laws.coupling import centre_window
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
@@ -21,11 +22,10 @@ from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.groups import Sensor
 from testbed.machine.names import AXES, GRAVITY_M_S2
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.sensing import Transducer, bend_transducers, counted, transduce
 from testbed.world.switches import switch_off
 
-Array = NDArray[np.float64]
 RATE_HZ = 1000.0
 STEPS = 4
 """Steps of frame and oil in one sample: the oil column and the load cell are stiff against 91.7

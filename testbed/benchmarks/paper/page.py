@@ -8,7 +8,7 @@ from typing import Any
 
 from testbed import __version__
 from testbed.benchmarks.paper.experiment import Claim, Experiment, Panel
-from testbed.report.page import render
+from testbed.report.page import Table, render
 from testbed.report.style import (
     BLACK,
     BLUE,
@@ -21,7 +21,6 @@ from testbed.report.style import (
     WIDTH_IN,
     svg,
 )
-from testbed.report.tables import Table
 
 PALETTE = (BLUE, VERMILION, GREEN, GREY, ORANGE, PURPLE, BLACK)
 PANEL_IN = 2.0

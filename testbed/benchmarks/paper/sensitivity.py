@@ -11,7 +11,7 @@ from typing import Any
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.benchmarks.paper.search import RANGES, bench, decay, whole
 from testbed.machine.build import build_machine
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 FIGURES = ("4", "5", "6", "9")
 INFERRED = "as inferred"

@@ -27,14 +27,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from testbed.benchmarks.paper.leg import COLD_DEGC, MASS_KG, Array, run
+from testbed.benchmarks.paper.leg import COLD_DEGC, MASS_KG, run
 from testbed.benchmarks.paper.leg import RATE_HZ as RATE
 from testbed.benchmarks.paper.machine import chosen
+from testbed.formats.arrays import Array
 from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2
-from testbed.report.tables import Table
-from testbed.world.plumbing import bulk_modulus_pa
+from testbed.report.page import Table
+from testbed.world.hydraulic_parameters import bulk_modulus_pa
 
 SPEEDS_M_S = (1.0e-3, 2.0e-3, 3.0e-3, 4.0e-3, 5.0e-3, 7.0e-3, 10.0e-3)
 PRE_SLIDING_M = (2.7e-5, 1.0e-5, 5.0e-6, 3.0e-6)

@@ -12,12 +12,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
-
-Array = npt.NDArray[np.float64]
 
 
 class LegParameters(Record):

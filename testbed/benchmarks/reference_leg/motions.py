@@ -5,9 +5,9 @@ stroke.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from testbed.formats.arrays import Array
+
 DURATION_S = {
     "multisine": 30.0,
     "press": 40.0,

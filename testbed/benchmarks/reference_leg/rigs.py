@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.benchmarks.reference_leg.leg import parameters, simulate
 from testbed.benchmarks.reference_leg.motions import DURATION_S, IDENTIFY, VERIFY, target
@@ -20,7 +19,6 @@ from testbed.recording.axis import Recording, Rig
 from testbed.recording.axis_header import Header
 from testbed.recording.known import Known
 
-Array = npt.NDArray[np.float64]
 Hides = Mapping[str, Any]
 """An effect as this leg has it: see hidden.yaml."""
 

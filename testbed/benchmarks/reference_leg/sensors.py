@@ -7,13 +7,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.benchmarks.reference_leg.rigs import header
+from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording
 from testbed.recording.known import Known
-
-Array = npt.NDArray[np.float64]
 
 
 def read(

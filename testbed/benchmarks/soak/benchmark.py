@@ -18,7 +18,7 @@ from testbed.benchmarks.soak.actions import random_actions
 from testbed.benchmarks.soak.endurance import GROWTH_MB, drilled
 from testbed.benchmarks.soak.sandbox import Judged
 from testbed.errors import InputError
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 Work = Callable[[Path, np.random.Generator], Judged]
 KINDS: dict[str, tuple[Work, float]] = {

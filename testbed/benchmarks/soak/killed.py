@@ -23,7 +23,7 @@ from testbed.benchmarks.harness import Answers, Benchmark, run
 from testbed.benchmarks.soak.sandbox import Ended, Judged, Work, begun, by_command, ended
 from testbed.benchmarks.soak.spoilt import not_whole
 from testbed.formats.yaml_files import yaml_text
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 Found = Mapping[str, bytes]
 """Name of a file, or of a part of one -> its content."""
@@ -149,10 +149,10 @@ def _training(out: Path) -> Work:
 
 def _train(out: Path) -> None:
     """A training in small rounds, so that some of them are whole before it is killed."""
-    from testbed.envs import settings, training
+    from testbed.envs import training
 
     training.ROUND_STEPS = ROUND_STEPS
-    settings.MANY_STEPS.update({"n_steps": ROLLOUT, "batch_size": ROLLOUT})
+    training.MANY_STEPS.update({"n_steps": ROLLOUT, "batch_size": ROLLOUT})
     training.train("stand", out, int(TRAINED_STEPS))
 
 

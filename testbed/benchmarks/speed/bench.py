@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.report.tables import Table
+from testbed.report.page import Table
 from testbed.scenario.scenario import Scenario, load_scenario
 
 ROUNDS = 15
@@ -143,7 +143,7 @@ def _parts(world: Any, steps: int) -> dict[str, float]:
     """Where the time of a full step goes, microseconds: each part called alone on the running
     world. Noise is drawn for many samples at once: each has its share.
     """
-    from testbed.world import between, sensing
+    from testbed.world import compiled_step, sensing
     from testbed.world.simulation import SAMPLES
 
     machine, nowhere = world.machine, world._nowhere
@@ -158,9 +158,13 @@ def _parts(world: Any, steps: int) -> dict[str, float]:
 
     jobs: dict[str, Callable[[], Any]] = {
         "hydraulics_us": lambda: hydraulics(boards, 1e-3, substeps),
-        "sensors_us": lambda: between.between_steps(between.SENSE, *world._fixed, nowhere),
+        "sensors_us": lambda: compiled_step.between_steps(
+            compiled_step.SENSE, *world._fixed, nowhere
+        ),
         "noise_us": lambda: sensing.draw_noise(SAMPLES, *noise),
-        "estimators_us": lambda: between.between_steps(between.ESTIMATE, *world._fixed, nowhere),
+        "estimators_us": lambda: compiled_step.between_steps(
+            compiled_step.ESTIMATE, *world._fixed, nowhere
+        ),
         "read_us": lambda: machine.engine.read(machine.boards["engine"]),
         "contacts_us": lambda: machine.engine.feet.forces(force, normal),
         "expected_us": world._expect,

@@ -18,7 +18,7 @@ from typing import Any
 
 from testbed.benchmarks.speed.bench import bare_engine
 from testbed.errors import InputError
-from testbed.report.tables import Table
+from testbed.report.page import Table
 from testbed.scenario.scenario import load_scenario
 
 ALLOWED_S = 2.0

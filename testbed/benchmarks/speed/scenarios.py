@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from testbed.benchmarks.speed.bench import bare_engine
-from testbed.report.tables import Table
+from testbed.report.page import Table
 from testbed.scenario.scenario import load_scenario
 
 BLOCK = 250

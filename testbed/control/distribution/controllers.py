@@ -1,4 +1,4 @@
-"""The force-distributing controllers by name: one line each."""
+"""The force-distributing controllers by name: one line each; and the two plainest of them."""
 
 from __future__ import annotations
 
@@ -7,20 +7,48 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from testbed.control.distribution.distribution import Controller, Distribution
+from testbed.control.distribution.distribution import Controller, Distribution, Plan
 from testbed.control.distribution.drill_sharing import DrillSharing
 from testbed.control.distribution.learned import Learned
-from testbed.control.distribution.position_hold import PositionHold
-from testbed.control.distribution.pseudo_inverse import PseudoInverse
 from testbed.control.distribution.quadratic import Quadratic
-from testbed.control.distribution.statics import Statics
+from testbed.control.distribution.statics import FEET, ROPES, Balance, Statics
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.sockets import FORM, is_user_class, load_object
 from testbed.robot.robot import Robot
 
-Array = NDArray[np.float64]
+
+class PseudoInverse:
+    """The smallest foot forces that balance the load, ropes kept at the pull they had at the start.
+
+    f = -G^T (G G^T)^-1 (load + ropes), G (6, 12). Knows neither friction nor that feet cannot pull.
+    """
+
+    def __init__(self) -> None:
+        self._pull: Array | None = None
+
+    def plan(self, now: Balance) -> Plan:
+        """See Controller."""
+        if self._pull is None:
+            self._pull = now.measured_pull_n.copy()
+        feet = now.balance[:, :FEET][:, np.repeat(now.stance, 3)]
+        wrench = now.load + now.balance[:, ROPES] @ self._pull
+        forces = np.zeros(FEET)
+        forces[np.repeat(now.stance, 3)] = -feet.T @ np.linalg.solve(feet @ feet.T, wrench)
+        return Plan(np.concatenate([forces, self._pull]))
+
+
+class PositionHold:
+    """The machine as built: cylinders keep their set points, ropes their lengths, loads fall as
+    they may. The baseline; it never asks for anything.
+    """
+
+    def plan(self, now: Balance) -> Plan:
+        """No wish: `feasible` is false, so nothing is laid over the set points."""
+        return Plan(now.measured, feasible=False)
+
+
 CONTROLLERS: dict[str, Callable[[], Controller]] = {
     "position_hold": PositionHold,
     "pseudo_inverse": PseudoInverse,

@@ -12,16 +12,15 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
 from testbed.control.observed import Observed
+from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS, SIDES
 from testbed.machine.scale import ROBOCLIMBER, Scale
 
-Array = NDArray[np.float64]
 SHARE_N = 2000.0
 """Normal load of a foot of ROBOCLIMBER beyond the plan's for an action of 1."""
 PULL_N = 2000.0

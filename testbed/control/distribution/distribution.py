@@ -23,17 +23,16 @@ from time import thread_time
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.command import Command, SetPoints
 from testbed.control.distribution.squeeze import add_pull, add_squeeze, squeezing
 from testbed.control.distribution.statics import FEET, UNKNOWNS, Balance, Statics
 from testbed.control.measured import Measured
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.sockets import numbers_of
 from testbed.machine.names import LEGS
 
-Array = NDArray[np.float64]
 HIDDEN: Array = np.tile([60.0, 350.0, 150.0], len(LEGS))
 """What friction hides of the joints' forces, one standard deviation, N m, N, N (E); the vertical
 ones are estimated.

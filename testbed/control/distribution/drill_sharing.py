@@ -13,13 +13,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import NORMALS, ROPES, Balance
+from testbed.formats.arrays import Array
 
-Array = NDArray[np.float64]
 SURGE_N = 1500.0
 """Thrust that may come on top without warning: the peak of a blow's reaction (E)."""
 OBSERVER_SHARE = 0.01

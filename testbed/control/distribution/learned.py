@@ -11,16 +11,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from testbed.control.distribution.corrected import VIEW, Corrected
 from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.statics import Balance
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.formats.networks import read_network
 
-Array = NDArray[np.float64]
 SHIPPED = Path(__file__).with_suffix(".npz")
 """The shipped policy."""
 ACTIONS = 6

@@ -22,14 +22,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
 from testbed.control.distribution.use_program import About, LastPlan, UseProgram, highest_use
+from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
 
-Array = NDArray[np.float64]
 CONE_SIDES = 8
 """Sides of the pyramid inside a friction cone."""
 LOWEST_NORMAL_N = 800.0

@@ -7,14 +7,13 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.control.layers.trim import Hauling, haul, hauling
+from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
 from testbed.machine.scale import Scale
 
-Array = NDArray[np.float64]
 TOLERANCE: Array = np.tile([21.0, 49.0, 42.0], len(LEGS))
 """Joint force errors that are left alone, N m, N, N (E): a tenth of the joints' sliding
 friction.

@@ -11,9 +11,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.measured import Measured
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
@@ -24,7 +24,6 @@ from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.loads.foot_loads import drill_wrench, point_wrench
 from testbed.robot.model import RobotModel, attitude_gravity
 
-Array = NDArray[np.float64]
 FEET = 3 * len(LEGS)
 """How many of the unknowns are forces on feet: z, x, y of each."""
 UNKNOWNS = FEET + len(SIDES)
@@ -61,7 +60,7 @@ class Balance:
     """
     measured: Array
     """(14,) what the unknowns are now, from pressures, estimates and load pins."""
-    stance: NDArray[np.bool_]
+    stance: Flags
     """(4,) which feet are meant to carry."""
     thrust_map: Array
     """(6,) wrench of a unit thrust of the drill, away from the slope."""
@@ -135,7 +134,7 @@ class Statics:
         self._thrust = drill_wrench(model, 1.0)
         self._posture: _Posture | None = None
 
-    def look(self, measured: Measured, stance: NDArray[np.bool_]) -> Balance:
+    def look(self, measured: Measured, stance: Flags) -> Balance:
         """The balance now."""
         posture, position = self._posture, measured.position
         if posture is None or np.abs(position - posture.position).max() > POSTURE_STEP:

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.control.distribution.statics import FEET, UNKNOWNS, Balance
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import AXES, LEGS
 
-Array = NDArray[np.float64]
 SIZE = UNKNOWNS + 1
 """Unknowns of the program."""
 USE = UNKNOWNS
@@ -68,7 +68,7 @@ class Facts(NamedTuple):
     held: Array
     lowest: Array
     highest: Array
-    stance: NDArray[np.bool_]
+    stance: Flags
 
 
 class LastPlan(NamedTuple):

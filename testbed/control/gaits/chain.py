@@ -13,7 +13,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.command import Command
 from testbed.control.gait import BelievedStart, Gait, Layered
@@ -24,7 +23,6 @@ from testbed.scenario.drilling import DrillHole
 from testbed.scenario.events import Event, Stop, Turn
 from testbed.scenario.tasks import Crawl, Drill, Stand, Sway
 
-Array = NDArray[np.float64]
 Make = Callable[[Any, BelievedStart], Gait]
 
 

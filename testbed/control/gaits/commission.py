@@ -14,16 +14,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.command import Command
 from testbed.control.gait import BelievedStart
 from testbed.control.measured import Measured
+from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
 from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.scenario.tasks import Commission
 
-Array = NDArray[np.float64]
 SHIFT_M, SHIFT_S = 0.10, 4.0
 """How far the body goes away from the foot that is to be lifted, forward and to the side, and in
 what time: its weight comes within the other three feet, and no radial cylinder to its stop.

@@ -8,15 +8,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.command import Command
 from testbed.control.measured import Measured
+from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS, SIDES, VERTICAL
 from testbed.scenario.events import Event, LiftFoot, SetRope
 from testbed.scenario.tasks import Raise
 
-Array = NDArray[np.float64]
 LIFT_EDGE_S = 0.4
 """Time in which an ordered lift of a foot rises and falls (E)."""
 

@@ -7,16 +7,15 @@ needs to show friction, leakage and drift apart. The ropes are hauled and paid o
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.command import Command
 from testbed.control.gait import BelievedStart
 from testbed.control.measured import Measured
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
 from testbed.scenario.tasks import Sway
 
-Array = NDArray[np.float64]
 RISE_S = 3.0
 """The amplitudes grow from nothing within this time (E)."""
 USUAL_M = (0.06, 0.05, 0.05)
@@ -78,6 +77,5 @@ class SwayGait:
         del measured
         goal = self.body_m(t + dt)
         return Command(
-            joints=self._joints(goal),
-            rope_rates_m_s=-self._ropes @ (goal - self.body_m(t)) / dt,
+            joints=self._joints(goal), rope_rates_m_s=-self._ropes @ (goal - self.body_m(t)) / dt
         )

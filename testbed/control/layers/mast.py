@@ -12,14 +12,12 @@ heights move as one plane: nothing is squeezed, no load goes from one diagonal t
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.command import Command, along_vertical
 from testbed.control.measured import Measured
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
 from testbed.robot.attitude import rotation_from_attitude, small_turn, write_rotation
-
-Array = NDArray[np.float64]
 
 LEARN_S = 1.0
 """The attitude at the start is the mean over this time (E)."""

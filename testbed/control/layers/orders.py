@@ -7,13 +7,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.command import Command
 from testbed.control.measured import Measured
+from testbed.formats.arrays import Array
 from testbed.machine.names import SIDES
-
-Array = NDArray[np.float64]
 
 
 class Orders:

@@ -8,15 +8,14 @@ at the posture in which the layer began, good to some millimetres within a decim
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.command import Command
 from testbed.control.measured import Measured
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, LEGS
 from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.model import RobotModel
 
-Array = NDArray[np.float64]
 SHIFT_SPEED_M_S = 0.2
 """Fastest shift of ROBOCLIMBER (E): what the joints do of it is up to their valves."""
 _EACH = len(AXES) // len(LEGS)

@@ -10,15 +10,14 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.control.command import Command, along_vertical
 from testbed.control.measured import Measured
+from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
 from testbed.machine.scale import ROBOCLIMBER, Scale
 
-Array = NDArray[np.float64]
 PULL_GAIN_M_S_N = 1.0e-5
 """Rope pay-out speed per newton above the wanted pull: with 330 kN/m of rope a loop of 3.3 1/s
 (E).

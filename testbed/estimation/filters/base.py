@@ -12,12 +12,11 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit_over
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record
 
-Array = NDArray[np.float64]
 Run = Callable[..., Array]
 
 

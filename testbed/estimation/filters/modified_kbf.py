@@ -10,16 +10,15 @@ from __future__ import annotations
 from typing import Any
 
 from testbed.compiled import njit
+from testbed.estimation.filters import kbf
 from testbed.estimation.filters.base import over
 from testbed.estimation.filters.kbf import KalmanState, only_predict, predict_and_update, start
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import quantity
 
 
-class Numbers(Record):
+class Numbers(kbf.Numbers):
     """The filter's constants."""
 
-    process_variance = quantity("N2", "Q: variance of one step of the random walk")
-    measurement_variance = quantity("N2", "R: variance of a sample")
     innovation_limit = quantity("N", "e_max: a sample farther off is not used")
 
 

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from testbed.compiled import njit
+from testbed.estimation.filters import kbf
 from testbed.estimation.filters.base import over
 from testbed.estimation.filters.kbf import KalmanState, only_predict, predict_and_update, start
 from testbed.formats.records import Record, part, quantity
@@ -58,11 +59,9 @@ class PersistentState(Record):
     rejected = quantity("1", "share of samples outside the gate of late")
 
 
-class Numbers(Record):
+class Numbers(kbf.Numbers):
     """The filter's constants."""
 
-    process_variance = quantity("N2", "Q: variance of one step of the random walk")
-    measurement_variance = quantity("N2", "R: variance of a sample")
     innovation_limit = quantity("N", "e_max: gate of a quiet load")
     hold_samples = quantity("1", "samples in a row outside the gate that are a true step")
 

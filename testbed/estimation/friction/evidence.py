@@ -20,6 +20,7 @@ from testbed.effects.terms import Signals
 from testbed.errors import InputError
 from testbed.estimation.leg.balance import piston_force_n
 from testbed.estimation.leg.signals import signals_of
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.records import SET
 from testbed.recording.axis import Recording
 from testbed.recording.known import Known
@@ -31,7 +32,6 @@ MOST_SATURATED = 0.5
 STUCK_WAY_M = 5e-3
 """Way of the piston over which no live pressure stays the same to the last bit."""
 
-Array = NDArray[np.float64]
 
 SMOOTHING_S = 0.008
 ROW_S = 0.032
@@ -187,7 +187,7 @@ def smoothed_reference(recording: Recording, time_s: Array) -> Array:
     return smooth(even, max(SMOOTHING_S * rate, 1.2))
 
 
-def steadily_sliding(velocity: Array, rate_hz: float) -> NDArray[np.bool_]:
+def steadily_sliding(velocity: Array, rate_hz: float) -> Flags:
     """Fast enough, and not within REVERSAL_S of a sample that is not, a change of direction or an
     end.
     """
@@ -199,7 +199,7 @@ def steadily_sliding(velocity: Array, rate_hz: float) -> NDArray[np.bool_]:
     return np.asarray(binary_erosion(fast, np.ones(2 * reach + 1), border_value=0), dtype=np.bool_)
 
 
-def unsaturated(recording: Recording, time_s: Array) -> NDArray[np.bool_]:
+def unsaturated(recording: Recording, time_s: Array) -> Flags:
     """Samples of the grid `time_s` with neither sensor at the end of its range within 30 samples,
     shape (n,).
     """
@@ -253,9 +253,7 @@ def check_alive(recording: Recording, moving: bool = True) -> None:
         check_not_stuck(recording, name, values, saturated)
 
 
-def check_not_stuck(
-    recording: Recording, name: str, values: Array, saturated: NDArray[np.bool_]
-) -> None:
+def check_not_stuck(recording: Recording, name: str, values: Array, saturated: Flags) -> None:
     """Refuse a pressure that repeats one value to the last bit for more than a second while the
     piston travels 5 mm.
 

@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.estimation.friction.evidence import (
@@ -26,6 +25,7 @@ from testbed.estimation.friction.evidence import (
 )
 from testbed.estimation.friction.posterior import Side, curve, fit_side
 from testbed.estimation.friction.undeclared import PARTS, Used, take_out
+from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording, Rig
 from testbed.recording.known import Known
 from testbed.recording.leg_model import Friction, LegModel
@@ -33,7 +33,6 @@ from testbed.recording.leg_model import Friction, LegModel
 WIDEST_STRIBECK = 4.0
 """Ratio of an interval's ends beyond which the Stribeck speed is not known."""
 
-Array = NDArray[np.float64]
 SIDES = ("plus", "minus")
 FIELDS = ("viscous_{}_n_s_m", "coulomb_{}_n", "stribeck_{}_n", "stribeck_speed_{}_m_s")
 UNITS = ("N s/m", "N", "N", "m/s")

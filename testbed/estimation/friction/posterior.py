@@ -12,11 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.estimation.cylinder import friction_terms
+from testbed.formats.arrays import Array
 
-Array = NDArray[np.float64]
 C_LOW, C_HIGH, C_COUNT = 1e-3, 5e-2, 50
 DRAWS, FEWEST = 3000, 400
 PRIOR_FACTOR = 3.0

@@ -21,7 +21,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.estimation.cylinder import friction_terms
 from testbed.estimation.friction.evidence import Evidence
@@ -32,10 +31,8 @@ from testbed.estimation.friction.posterior import (
     huber_weights,
     scatter,
 )
+from testbed.formats.arrays import Array, Flags
 from testbed.recording.known import Known
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 PARTS: dict[str, tuple[bool, bool, bool]] = {
     "coulomb": (False, True, False),
@@ -253,7 +250,7 @@ class Joint:
     residual: Array
 
 
-def fit(evidence: Evidence, unknown: Sequence[Unknown], form: str, use: Mask) -> Joint:
+def fit(evidence: Evidence, unknown: Sequence[Unknown], form: str, use: Flags) -> Joint:
     """The best robust joint fit on the rows `use` (m,); friction not negative, the unknown within
     their tolerances.
     """

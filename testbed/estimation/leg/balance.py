@@ -8,15 +8,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.effects.base import Active
 from testbed.effects.friction_load import REFERENCE_LOAD_N
 from testbed.effects.terms import ForceTerms, Signals
 from testbed.estimation.cylinder import piston_force_n as chambers_force_n
+from testbed.formats.arrays import Array
 from testbed.recording.leg_model import LegModel
-
-Array = npt.NDArray[np.float64]
 
 
 def corrected(signals: Signals, effects: Sequence[Active]) -> Signals:

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.compiled import njit
 from testbed.effects.base import Active
@@ -24,11 +23,11 @@ from testbed.effects.supply_droop import drooping_pa
 from testbed.effects.terms import FlowTerms, Signals
 from testbed.effects.valve_deadband import opening
 from testbed.estimation.leg.motion import smooth
+from testbed.formats.arrays import Array
 from testbed.laws.holding import NO_HOLDING, outlet_share
 from testbed.laws.linear import second_order
 from testbed.recording.known import HOLDINGS, Circuit, Known
 
-Array = npt.NDArray[np.float64]
 SMOOTH_DROP_PA = 5e4
 """Below this drop the orifice's square root is smoothed: sqrt has no slope at zero."""
 

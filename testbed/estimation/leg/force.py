@@ -11,24 +11,75 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.effects import build
 from testbed.effects.friction_presliding import SOUND_BEND_M
 from testbed.effects.terms import Signals
 from testbed.estimation.leg.balance import corrected, external_n, force_terms, without_friction_n
+from testbed.estimation.leg.flow import flow_balance, flow_terms, smoothed_opening, spool
 from testbed.estimation.leg.friction import breakaway_n, friction_n
-from testbed.estimation.leg.fusion import can_fuse, fused
 from testbed.estimation.leg.motion import smooth, smooth_causal
 from testbed.estimation.leg.signals import grid, signals_of
+from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel
+
+GOING_M_S = 3e-3
+"""Faster than this the piston moves, and oil and encoder are compared."""
+LEAST_SHARE = 0.05
+"""Less of the oil's speed than this is not worth its noise."""
+
+CROSSOVER_S = 0.015
+"""Standard deviation of the smoothing that parts slow from quick."""
+DISAGREEMENT_M_S = 5e-3
+"""Root mean square between both velocities, slow part, at which the oil's share is one half."""
+
+
+def can_fuse(recording: Recording, model: LegModel) -> bool:
+    """True where the flow balances of both chambers can be formed."""
+    channels = (recording.valve_command, recording.pressure_a_pa, recording.pressure_b_pa)
+    return model.known.declares_flow and all(channel is not None for channel in channels)
+
+
+def fused(recording: Recording, model: LegModel, width_s: float) -> Signals | None:
+    """Signals smoothed by `width_s`, with velocity and acceleration from encoder and oil together.
+
+    None where the believed flow balance is too far from the encoder to be of use.
+    """
+    signals = signals_of(recording, model.known, width_s)
+    known, rate = signals.known, signals.rate_hz
+    effects = build(model.effects)
+    right = corrected(signals, effects)
+    terms = flow_terms(right, effects)
+    assert (
+        signals.valve_command is not None
+        and known.valve_natural_frequency_hz
+        and known.valve_damping
+    )
+    moved = spool(
+        signals.valve_command, rate, known.valve_natural_frequency_hz, known.valve_damping
+    )
+    balance = flow_balance(
+        right, terms, smoothed_opening(moved, terms.deadband, max(width_s, 1.2 / rate) * rate)
+    )
+    difference = 0.5 * (balance.a_m3_s / known.area_a_m2 - balance.b_m3_s / known.area_b_m2)
+    gap = smooth(difference, CROSSOVER_S * rate)
+    going = np.abs(signals.velocity_m_s) > GOING_M_S
+    size = float(np.sqrt(np.mean(gap[going] ** 2))) if going.any() else 0.0
+    share = 1.0 / (1.0 + (size / DISAGREEMENT_M_S) ** 4)
+    if share < LEAST_SHARE:
+        return None
+    oil = signals.velocity_m_s + difference
+    slow = signals_of(recording, model.known, CROSSOVER_S).velocity_m_s
+    velocity = slow + oil - smooth(oil, CROSSOVER_S * rate)
+    plain = signals_of(recording, model.known).velocity_m_s
+    velocity = share * velocity + (1.0 - share) * plain
+    return signals.with_(velocity_m_s=velocity, acceleration_m_s2=np.gradient(velocity) * rate)
+
 
 LEAST_WEIGHT = 0.05
 """Share of good samples near by from which on their mean is taken."""
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 MOVING_M_S = 3e-3
 """Faster than this the direction of friction is certain (the contract's limit for scoring)."""
 SLIDING_M_S, SLIDING_S = 4e-4, 0.05
@@ -173,7 +224,7 @@ def trusted(
     travel_m: float = SOUND_BEND_M,
     causal: bool = False,
     speed_m_s: float = MOVING_M_S,
-) -> Mask:
+) -> Flags:
     """Samples whose friction is certain, shape (n,): fast enough, not within a margin of a
     reversal, and far enough behind it for friction to have built up on the new side.
     """
@@ -191,7 +242,7 @@ def trusted(
     return np.asarray(binary_erosion(fast, np.ones(2 * reach + 1), border_value=1), dtype=np.bool_)
 
 
-def slow_slides(velocity_m_s: Array, rate_hz: float, travel_m: float) -> Mask:
+def slow_slides(velocity_m_s: Array, rate_hz: float, travel_m: float) -> Flags:
     """Samples of slow slides that last, shape (n,); a causal estimate could not know that they
     will.
     """
@@ -217,7 +268,7 @@ def _travel_since_reversal(velocity_m_s: Array, period_s: float) -> Array:
     )
 
 
-def _fill(raw: Array, good: Mask, width: float, causal: bool) -> Array:
+def _fill(raw: Array, good: Flags, width: float, causal: bool) -> Array:
     """`raw` averaged over good samples near by. Over gaps it is held: a foot at rest on firm ground
     feels the load that it had when it stopped, and the first samples behind a gap may already
     belong to a foot that lifts.
@@ -240,7 +291,7 @@ NARROW_WIDTH_S = 2.0
 
 def narrow_band(
     raw: Array,
-    good: Mask,
+    good: Flags,
     signals: Signals,
     frequency: float,
     harmonics: int = 1,
@@ -268,7 +319,7 @@ def narrow_band(
     return out
 
 
-def _moving_mean(raw: Array, good: Mask, width: int) -> Array:
+def _moving_mean(raw: Array, good: Flags, width: int) -> Array:
     """Mean over the good samples of one period around each sample, shape (n,)."""
     reach = max(1, width // 2)
     total = np.concatenate([[0.0], np.cumsum(np.where(good, raw, 0.0))])

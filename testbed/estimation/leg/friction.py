@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.effects.friction_presliding import bristle_force_n
 from testbed.effects.terms import ForceTerms, Signals
 from testbed.estimation.cylinder import break_away_over, friction_parts
+from testbed.formats.arrays import Array
 from testbed.recording.leg_model import Friction
 
-Array = npt.NDArray[np.float64]
 LEAST_LEVEL_N = 1.0
 """Friction that a bristle slips at, at least."""
 

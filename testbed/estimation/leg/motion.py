@@ -10,14 +10,12 @@ kernel of the same variance.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 
 PAUSE_S = 0.25
 """Time without a count from which on the piston rested in between."""
-
-Array = npt.NDArray[np.float64]
 
 
 def through_steps(time_s: Array, position_m: Array, resolution_m: float) -> Array:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.effects.terms import Signals
 from testbed.estimation.leg.motion import motion, smooth, smooth_causal, through_steps
+from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording
 from testbed.recording.known import Known
 
-Array = npt.NDArray[np.float64]
 WIDTH_S = 0.005
 """Standard deviation of the smoothing that every channel shares; beyond it the encoder's
 acceleration is noise.

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from testbed.formats.arrays import Array
 from testbed.recording.checker.finding import Finding
 from testbed.recording.checker.motion import Even
-from testbed.recording.checker.raw import Array
 from testbed.recording.known import Known
 
 SAME_SHAPE = 0.9

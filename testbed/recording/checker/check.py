@@ -24,8 +24,8 @@ from testbed.recording.checker.sensors import (
     check_numbers,
     check_ranges,
     check_resolution,
+    check_spikes,
 )
-from testbed.recording.checker.spikes import check_spikes
 from testbed.recording.checks import MINIMUM_SAMPLES
 from testbed.recording.foot import FootHeader, read_foot
 from testbed.recording.known import Known

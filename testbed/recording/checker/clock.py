@@ -8,8 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from testbed.formats.arrays import Array, Flags
 from testbed.recording.checker.finding import Finding
-from testbed.recording.checker.raw import Array, Mask, Raw
+from testbed.recording.checker.raw import Raw
 from testbed.recording.checks import MINIMUM_SAMPLES, RATE_FACTOR
 
 GAP_STEPS, GAP_S = 3.5, 0.02
@@ -25,7 +26,7 @@ BESIDE_S = 0.03
 """Stretch before and after a gap from which the speed is read."""
 
 
-def rising(time_s: Array) -> Mask:
+def rising(time_s: Array) -> Flags:
     """Rows (n,) whose time is finite and later than every row's before."""
     finite = np.isfinite(time_s)
     latest = np.maximum.accumulate(np.where(finite, time_s, -np.inf))

@@ -13,9 +13,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from testbed.formats.arrays import Array
 from testbed.recording.checker.finding import Finding
 from testbed.recording.checker.motion import MOVING_M_S, Even
-from testbed.recording.checker.raw import Array
 from testbed.recording.known import Known
 
 OPEN = 1e-3

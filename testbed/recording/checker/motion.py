@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.recording.checker.raw import Array, Mask, Raw
+from testbed.formats.arrays import Array, Flags
+from testbed.recording.checker.raw import Raw
 
 WIDTH_S, WIDTH_SAMPLES = 0.012, 2.0
 MOVING_M_S = 3e-3
@@ -28,7 +29,7 @@ class Even:
     series: Mapping[str, Array]
 
     @property
-    def moving(self) -> Mask:
+    def moving(self) -> Flags:
         """Where the piston slides for certain, (n,)."""
         return np.asarray(np.abs(self.speed_m_s) > MOVING_M_S)
 

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.table import read_columns
 from testbed.formats.units import span_to_si, to_si
 from testbed.formats.yaml_files import read_mapping
@@ -20,8 +18,6 @@ from testbed.recording.foot import read_foot_header
 from testbed.recording.robot import machine_of, read_robot_header
 from testbed.recording.robot_columns import is_evidence
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 REFERENCE = "reference_force"
 """Name under which a load cell's column stands among the channels."""
 
@@ -42,7 +38,7 @@ class Raw:
     machine: Machine | None = None
     """The robot's numbers as it believes them; None for one axis or one foot."""
 
-    def kept(self, rows: Mask, filled: Mapping[str, Array]) -> Raw:
+    def kept(self, rows: Flags, filled: Mapping[str, Array]) -> Raw:
         """Only these rows, with `filled` columns in place of those of the same name."""
         series = {key: value[rows] for key, value in {**self.series, **filled}.items()}
         return replace(self, time_s=self.time_s[rows], series=series)

@@ -1,5 +1,5 @@
 """Each channel by itself: values that are no numbers, clipped, frozen, out of all range, of another
-resolution.
+resolution, and single samples far from their neighbours.
 """
 
 from __future__ import annotations
@@ -9,8 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from testbed.formats.arrays import Array, Flags
 from testbed.recording.checker.finding import Finding
-from testbed.recording.checker.raw import REFERENCE, Array, Mask, Raw
+from testbed.recording.checker.raw import REFERENCE, Raw
 
 STOOD_S = 0.05
 """A value that stood for longer before it jumped was held."""
@@ -236,7 +237,7 @@ def _is_end(value: float, declared: tuple[float, float]) -> bool:
     return value <= low + margin or value >= high - margin
 
 
-def _held_while_pressed(raw: Raw, there: Mask) -> bool:
+def _held_while_pressed(raw: Raw, there: Flags) -> bool:
     """Whether the pressure goes on changing in the longest stretch in which a coarse force stays at
     its extreme.
     """
@@ -251,7 +252,7 @@ def _held_while_pressed(raw: Raw, there: Mask) -> bool:
     return bool(np.ptp(held) > PRESSED * (high - low))
 
 
-def _clipped(raw: Raw, name: str, end: float, there: Mask, how: str) -> Finding:
+def _clipped(raw: Raw, name: str, end: float, there: Flags, how: str) -> Finding:
     share = float(there.mean())
     first, last = np.flatnonzero(there)[[0, -1]]
     some = how == "seen" or share > SOME_CLIPPED
@@ -269,7 +270,7 @@ def _clipped(raw: Raw, name: str, end: float, there: Mask, how: str) -> Finding:
     )
 
 
-def _longest(there: Mask) -> int:
+def _longest(there: Flags) -> int:
     """The most True values in a row."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(np.int8), [0]])))
     return int((edges[1::2] - edges[::2]).max()) if edges.size else 0
@@ -300,11 +301,7 @@ def check_ranges(raw: Raw) -> Iterator[Finding]:
         for prefix, floor, ceiling, what, advice in _PLAUSIBLE:
             if name.startswith(prefix) and (low < floor or high > ceiling):
                 yield Finding(
-                    "error",
-                    name,
-                    what,
-                    f"98 % lie between {low:.4g} and {high:.4g}",
-                    advice,
+                    "error", name, what, f"98 % lie between {low:.4g} and {high:.4g}", advice
                 )
 
 
@@ -324,3 +321,55 @@ _PLAUSIBLE: tuple[tuple[str | tuple[str, ...], float, float, str, str], ...] = (
 """Prefix of the quantity, lowest and highest plausible value, what is wrong beyond them, what to
 do.
 """
+
+
+WINDOW, MOST_ROWS = 7, 2
+"""Rows about each from which the median is taken, and how many in a row may be one spike."""
+FAR = 1.0
+"""A spike leaves the median by more than this share of the span of 99.8 % of the channel."""
+COUNTS = 3.5
+"""And by more than so many of the channel's steps: a sensor at rest flickers by a count or two."""
+SMOOTH = ("position", "pressure_", "supply", "actuator", "force", "reference", "oil", "attitude")
+"""Channels that cannot leave and come back within two rows; a command can."""
+
+
+def spikes(values: Array, resolution: float = 0.0) -> Flags:
+    """Rows (n,) that are spikes; `resolution`: the channel's declared step, 0 where none is."""
+    from scipy.ndimage import median_filter
+
+    low, high = np.quantile(values, [0.001, 0.999])
+    away = np.abs(values - median_filter(values, WINDOW, mode="nearest"))
+    step = max(resolution, _smallest_step(values))
+    return np.asarray((away > FAR * (high - low)) & (away > COUNTS * step) & (high > low))
+
+
+def _smallest_step(values: Array) -> float:
+    """The smallest step of a channel that repeats its values as a counter does, 0 of any other."""
+    levels = np.unique(values)
+    if len(levels) < 2 or len(levels) > 0.1 * len(values):
+        return 0.0
+    return float(np.diff(levels).min())
+
+
+def check_spikes(raw: Raw) -> Iterator[tuple[Finding, Flags]]:
+    """Each channel that has spikes, with the rows of them."""
+    for name, values in raw.series.items():
+        if not name.startswith(SMOOTH) or not np.isfinite(values).all():
+            continue
+        there = spikes(values, raw.resolutions.get(name, 0.0))
+        rows = np.flatnonzero(there)
+        if not rows.size or rows.size > MOST_ROWS * max(1, len(values) // 1000):
+            continue
+        beside = values[max(rows[0] - 1, 0)] if rows[0] else values[rows[0] + 1]
+        yield (
+            Finding(
+                "error",
+                name,
+                "has spikes",
+                f"{rows.size} rows, first row {rows[0]}: {values[rows[0]]:.6g} beside {beside:.6g}",
+                "leave these rows out",
+                float(raw.time_s[rows[0]]),
+                float(raw.time_s[rows[-1]]),
+            ),
+            there,
+        )

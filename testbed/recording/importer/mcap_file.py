@@ -15,11 +15,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from testbed.errors import InputError
+from testbed.errors import InputError, extra
+from testbed.formats.arrays import Array
 
-Array = npt.NDArray[np.float64]
 CLOCKS = ("log_time", "publish_time")
 MOST_UNPACKED, MOST_OF_A_CHUNK = 1_000_000_000, 100_000_000
 """Bytes of messages in a file, and of a chunk, which is unpacked whole."""
@@ -56,17 +55,12 @@ def _messages(path: Path) -> Iterator[tuple[Any, Any]]:
     Whatever the library makes of a broken file (a dozen kinds of exception) is an InputError; so is
     a file that unpacks to more than fits.
     """
-    try:
-        from mcap.reader import make_reader
-    except ImportError as error:
-        raise InputError(
-            "MCAP needs the package mcap: pip install 'roboclimber-testbed[mcap]'", file=path
-        ) from error
+    reader = extra("mcap.reader", "mcap", file=path)
     unpacked = 0
     try:
         _check_chunks(path)
         with path.open("rb") as stream:
-            for _, channel, message in make_reader(stream).iter_messages():
+            for _, channel, message in reader.make_reader(stream).iter_messages():
                 unpacked += len(message.data)
                 if unpacked > MOST_UNPACKED:
                     raise _too_large(path, unpacked)

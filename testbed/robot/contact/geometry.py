@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import LEGS
 from testbed.robot.contact.solver import Feet, solve_contacts
 
@@ -19,8 +20,6 @@ UNLOADS_N_N = -1e-9
 """A push takes load from a foot where its load's slope is below this."""
 BALANCED = 1e-6
 """Equilibrium counts as reached when the missing wrench is below this share of the load."""
-
-Array = NDArray[np.float64]
 
 
 @njit
@@ -168,7 +167,7 @@ class Ground(NamedTuple):
     """Of the ground and of what else gives at a foot, (n, 3, 3), m/N."""
     heights: Array
     """How far it stands proud of the plane through the unloaded feet, (n,), m."""
-    reached: NDArray[np.bool_]
+    reached: Flags
     """Under feet that may touch, (n,)."""
     friction: Array
     """(n,)."""
@@ -187,7 +186,7 @@ class FootLoads(NamedTuple):
     """(4,) along the vertical joint's axis: what its cylinder feels of the ground."""
     friction_use: Array
     """(4,) tangential / (friction * normal); 1 slides; 0 for a foot in the air."""
-    in_contact: NDArray[np.bool_]
+    in_contact: Flags
     """(4,) feet that carry."""
     load_per_height_n_m: Array
     """(4, 4): change of vertical load i by raising the ground under foot j, N/m."""

@@ -12,11 +12,9 @@ with g = 0 where it sticks and g > 0 so that |f_t| = bound where it slides.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
-
-Array = NDArray[np.float64]
+from testbed.formats.arrays import Array
 
 
 @njit

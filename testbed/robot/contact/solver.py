@@ -21,15 +21,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array, Flags
 from testbed.robot.contact.law import foot_reaction
 
 SHORTEST_STEP = 1e-6
 """Share of a Newton step below which the line search gives up."""
 
-Array = NDArray[np.float64]
 MOST_STEPS = 60
 """Newton steps for one set of friction bounds."""
 SUPPORT = 0.1
@@ -47,7 +46,7 @@ class Feet(NamedTuple):
     """(n, 3, 3), m/N."""
     heights: Array
     """Free heights along the normal, (n,), m."""
-    active: NDArray[np.bool_]
+    active: Flags
     """Feet that may touch, (n,)."""
 
 
@@ -58,8 +57,8 @@ class Balance(NamedTuple):
     """(n, 3) in contact axes, N."""
     slopes: Array
     """Change of a foot's force by its strain, (n, 3, 3), N/m."""
-    touches: NDArray[np.bool_]
-    slides: NDArray[np.bool_]
+    touches: Flags
+    slides: Flags
     residual: Array
     """Wrench that is out of balance, (6,)."""
     stiffness: Array
@@ -205,7 +204,7 @@ def _inverse(matrix: Array) -> Array:
 
 @njit
 def _sensitivities(
-    maps: Array, slopes: Array, active: NDArray[np.bool_], stiffness: Array
+    maps: Array, slopes: Array, active: Flags, stiffness: Array
 ) -> tuple[Array, Array]:
     """Forces per free height (n, 3, n) N/m and per load wrench (n, 3, 6), contact axes, at the
     solution.
@@ -276,9 +275,7 @@ def solve_contacts(load: Array, feet: Feet, friction: Array) -> tuple[Balance, A
 
 
 @njit
-def _settle(
-    bounds: Array, friction: Array, active: NDArray[np.bool_], balance: Balance, scale: float
-) -> bool:
+def _settle(bounds: Array, friction: Array, active: Flags, balance: Balance, scale: float) -> bool:
     """Set the friction bounds by the normal loads found; whether those that matter have not
     changed.
     """

@@ -12,13 +12,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from testbed.formats.arrays import Array
 from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
 from testbed.machine.model import Machine
 from testbed.robot.linkage import Linkages
 
-Array = NDArray[np.float64]
 WORKING_PRESSURE_PA = 4.0e6
 """Gauge pressure at which the oil's modulus is taken: 15 kN on the 70 mm bore (a foot's share with
 its load).

@@ -10,12 +10,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from testbed.formats.arrays import Array
 from testbed.robot.loads.foot_loads import drill_wrench, point_wrench
 from testbed.robot.model import RobotModel
-
-Array = NDArray[np.float64]
 
 
 def rods_wrench(model: RobotModel, known: Any, gravity_in_body: ArrayLike) -> Array:

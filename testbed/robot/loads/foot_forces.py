@@ -186,9 +186,7 @@ def foot_forces(
             nx += rotation[j, 0] * normals[index, j]
             ny += rotation[j, 1] * normals[index, j]
         fx, fy = turn_z(
-            turn,
-            leg.foot[0] + leg.radial[0] * reach_out,
-            leg.foot[1] + leg.radial[1] * reach_out,
+            turn, leg.foot[0] + leg.radial[0] * reach_out, leg.foot[1] + leg.radial[1] * reach_out
         )
         fx, fy = fx - leg.foot_radius * nx, fy - leg.foot_radius * ny
         reach, aside = fx * rx + fy * ry, -fx * ry + fy * rx

@@ -14,15 +14,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, VERTICAL
 from testbed.robot.contact.geometry import FootLoads, Ground, Legs, feet_under_load
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.model import Payload, RobotModel
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -185,3 +184,11 @@ _NORMALS = np.tile(np.array([0.0, 0.0, 1.0]), (len(LEGS), 1))
 def _floats(given: ArrayLike | None, default: Array) -> Array:
     """`given` as floats, or the default."""
     return default if given is None else np.asarray(given, dtype=float)
+
+
+def internal_force_of(feet_xy: Array) -> Array:
+    """(4,) loads of size 1 on feet (4, 2) that have neither sum nor moment: + on fl and rr, - on fr
+    and rl.
+    """
+    null = np.linalg.svd(np.vstack([np.ones(len(LEGS)), feet_xy.T]))[2][3]
+    return np.asarray(null * np.sign(null[0]))

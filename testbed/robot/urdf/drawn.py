@@ -9,13 +9,12 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.machine.urdf_check import read_urdf
 from testbed.machine.urdf_geometry import link_of, origin_of
 from testbed.robot.urdf.shapes import COLOURS, Shape
 
-Array = NDArray[np.float64]
 PLAIN = "grey"
 """Colour of what names none of ours."""
 

@@ -14,14 +14,12 @@ from functools import lru_cache
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.machine.urdf_geometry import origin_of
 
 UPRIGHT = 1e-9
 """Cosine of the pitch below which roll and yaw are one angle."""
-
-Array = NDArray[np.float64]
 
 
 @lru_cache(maxsize=4)

@@ -15,7 +15,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.laws.drill import scale_order
 from testbed.laws.penetration import best_feed, penetration_rate, thrust_factor, wandering
@@ -24,7 +23,6 @@ from testbed.scenario.drilling import DrillHole
 from testbed.world.drilling.drilling import Ordered
 from testbed.world.drilling.strata import VOID, Strata, sticking_places, strata_of
 
-Array = NDArray[np.float64]
 Happened = dict[str, Any]
 
 JERK_HZ, JERK_SHARE = 1.0, 0.2

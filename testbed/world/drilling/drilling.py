@@ -1,5 +1,6 @@
-"""The drill's programs: what the drill does to the body over time, as the loads of
-laws/drill.py.
+"""The drill's programs: what the drill does to the body over time, as the loads of laws/drill.py;
+and a drill that waits when control tells it to: its loads fade out, its programme stands still,
+then both go on.
 """
 
 from __future__ import annotations
@@ -9,18 +10,20 @@ from bisect import bisect_right
 from itertools import accumulate
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from testbed.control.drilling.thrust_plan import ramp_share
 from testbed.formats.records import Record, quantity
 from testbed.laws.drill import scale_order
 from testbed.machine.model import Machine
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
 
-Array = NDArray[np.float64]
 Happened = dict[str, Any]
+
+
+def ramp_share(begun_s: float, duration_s: float, ramp_s: float) -> float:
+    """Share of a phase's forces `begun_s` after it began: they rise and fall at its edges within
+    `ramp_s`.
+    """
+    return min(1.0, begun_s / ramp_s, (duration_s - begun_s) / ramp_s) if ramp_s > 0.0 else 1.0
 
 
 class Ordered(Record):
@@ -169,3 +172,34 @@ def drilling_of(task: object, loads: Any, seed: int, numbers: Machine) -> Drilli
 
         return DrillCycle(task, loads, seed, numbers)
     return DrillProgram(task if isinstance(task, Drill) else None, loads)
+
+
+FADE_S, RESUME_S = 0.05, 0.5
+"""Times in which feed, pull and torque vanish and come back: a pressure-relieved feed cylinder
+(E).
+"""
+
+
+class DrillHold:
+    """How much of the drill's loads is there, and for how long its programme has stood still."""
+
+    def __init__(self) -> None:
+        self._share = 1.0
+        self._waited_s = 0.0
+
+    def update(self, drill: Drilling, t: float, dt: float, hold: bool) -> list[dict[str, Any]]:
+        """Let the drill set its loads for the tick from t to t + dt (s), unless it is to wait;
+        returns its news.
+        """
+        change = -dt / FADE_S if hold else dt / RESUME_S
+        self._share = min(max(self._share + change, 0.0), 1.0)
+        news: list[dict[str, Any]] = []
+        if self._share <= 0.0:
+            self._waited_s += dt
+        else:
+            news = drill.update(t - self._waited_s, dt)
+        if self._share < 1.0:
+            scale_order(drill.loads, self._share)
+            drill.ordered["thrust"] *= self._share
+            drill.ordered["torque"] *= self._share
+        return news

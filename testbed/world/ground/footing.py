@@ -13,16 +13,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.effects.hidden import HiddenFoot
+from testbed.formats.arrays import Array
 from testbed.laws.settlement import settled
 from testbed.machine.names import LEGS
 from testbed.scenario.terrain import Terrain
 from testbed.world.engine import Engine
 from testbed.world.ground.terrain import Ground
 
-Array = NDArray[np.float64]
 FOOTPRINT_M = 0.15
 """A foot that came this far in the air finds fresh ground: the foot plate's radius."""
 AIR_N = 1.0

@@ -8,14 +8,44 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.scenario.terrain import Terrain
 from testbed.scenario.world_parts import Ropes
 
-Array = NDArray[np.float64]
+
+def ground_shape(bullet: Any, ground: Ground) -> int:
+    """Make the shape of a ground in an engine client; returns the engine's number of it."""
+    if ground.kind == "plane":
+        return int(bullet.createCollisionShape(bullet.GEOM_PLANE))
+    if ground.kind == "box":
+        return int(bullet.createCollisionShape(bullet.GEOM_BOX, halfExtents=[100, 100, 1]))
+    if ground.kind == "profile":  # a box under each straight piece, risers included
+        sizes, places, turns = ground.boxes()
+        return int(
+            bullet.createCollisionShapeArray(
+                shapeTypes=[bullet.GEOM_BOX] * len(sizes),
+                halfExtents=sizes,
+                collisionFramePositions=places,
+                collisionFrameOrientations=turns,
+            )
+        )
+    assert ground.heights_m is not None
+    rows, columns = ground.heights_m.shape
+    return int(
+        bullet.createCollisionShape(
+            bullet.GEOM_HEIGHTFIELD,
+            meshScale=[ground.cell_m, ground.cell_m, 1.0],
+            heightfieldData=ground.heights_m.T.ravel().tolist(),
+            numHeightfieldRows=rows,
+            numHeightfieldColumns=columns,
+        )
+    )
+
+
 FIELD_LENGTH_M = 24.0
 PROFILE_REACH_M = 60.0
 """How far a profile goes on at its ends, and half its width."""
@@ -117,7 +147,7 @@ def make_ground(terrain: Terrain) -> Ground:
             count, count, terrain.cell_m, terrain.roughness_m, terrain.roughness_seed, terrain.hurst
         )
     elif terrain.kind == "elevation":
-        from testbed.scenario.elevation_slope import heights_off_slope
+        from testbed.scenario.elevation import heights_off_slope
 
         heights = heights_off_slope(terrain)
     elif terrain.kind == "profile":

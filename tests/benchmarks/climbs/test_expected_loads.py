@@ -9,14 +9,13 @@ import pytest
 from shipped import MACHINE, shipped_model, slope_gravity
 
 from testbed.benchmarks.climbs.expected_loads import QUARTER_N, scores, stand, table
-from testbed.robot.loads.foot_load_sets import (
+from testbed.benchmarks.climbs.known_footing import (
     fixed_combinations,
     heights_under_load,
-    internal_force_of,
     load_interval_n,
     loads_of_measured_posture,
 )
-from testbed.robot.loads.foot_loads import ExpectedLoads, Footing
+from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, internal_force_of
 
 STANCE = np.tile([0.0, 0.2, 0.25], 4)
 LEVEL = slope_gravity(0.0)

@@ -19,9 +19,9 @@ from testbed.benchmarks.contact_loss.warning import (
     raised,
 )
 from testbed.benchmarks.contact_loss.warning_numbers import neighbours, report
+from testbed.benchmarks.contact_loss.warning_rule import NUMBERS, STEP_S
+from testbed.benchmarks.contact_loss.warning_rule import raised as _rule_raised
 from testbed.errors import InputError
-from testbed.estimation.detectors.warning import NUMBERS, STEP_S
-from testbed.estimation.detectors.warning import raised as _rule_raised
 from testbed.estimation.losses import LossRule
 
 DT = 1e-3

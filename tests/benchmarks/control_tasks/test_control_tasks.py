@@ -12,6 +12,15 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.control_tasks import benchmark
+from testbed.benchmarks.control_tasks.agents.drill_hole import Adaptive, Drill, Reserve
+from testbed.benchmarks.control_tasks.agents.keep import (
+    ROPE_N_M,
+    STEP_S,
+    Hauling,
+    Secure,
+    Yielding,
+    secure_share,
+)
 from testbed.benchmarks.control_tasks.benchmark import (
     ORACLE,
     SCORING_SEED,
@@ -24,15 +33,6 @@ from testbed.benchmarks.control_tasks.oracle import search
 from testbed.benchmarks.control_tasks.tasks import TASKS, Entrant, Task
 from testbed.control.layers.shift import SHIFT_SPEED_M_S
 from testbed.control.observed import Observed
-from testbed.envs.agents.drill_hole import Adaptive, Drill, Reserve
-from testbed.envs.agents.keep import (
-    ROPE_N_M,
-    STEP_S,
-    Hauling,
-    Secure,
-    Yielding,
-    secure_share,
-)
 from testbed.envs.drill_hole import FEED_N, FEED_RANGE_N
 from testbed.envs.observations import HOLE_TABLE, KEEP_TABLE
 from testbed.errors import InputError

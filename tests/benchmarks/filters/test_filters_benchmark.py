@@ -8,12 +8,13 @@ import math
 import numpy as np
 import pytest
 
+from testbed.benchmarks.filters import rivals
 from testbed.benchmarks.filters.benchmark import Filters, compare_scene, half_height_delays
+from testbed.benchmarks.filters.rivals import OWN, RIVALS
 from testbed.benchmarks.filters.scenes import SCENES, scene, spikes
 from testbed.benchmarks.harness import run
-from testbed.estimation.filters import chi_square, huber, kbf, persistent, saturated, student_t
+from testbed.estimation.filters import kbf, persistent
 from testbed.estimation.filters.kbf import KalmanState
-from testbed.estimation.filters.table import OWN, RIVALS
 
 RIVAL = {f.name: f for f in RIVALS}
 
@@ -26,37 +27,48 @@ QUIET = {
 }
 
 
-def after_one_sample(module, z, **numbers):
+def after_one_sample(step, constants, z, **numbers):
     """Estimate and variance after one sample; before it 0 and 4, with Q = 2 and R = 4."""
     state = KalmanState.one(value=0.0, variance=4.0, started=1.0)[0]
-    given = module.Numbers.one(process_variance=2.0, measurement_variance=4.0, **numbers)[0]
-    return module.step(state, z, given), state["variance"]
+    given = constants.one(process_variance=2.0, measurement_variance=4.0, **numbers)[0]
+    return step(state, z, given), state["variance"]
 
 
 def test_saturated_filter_pulls_by_gain_times_its_limit():
     # P- = 6, K = 6 / 10; the innovation 100 counts as 5
-    assert after_one_sample(saturated, 100.0, limit=5.0)[0] == pytest.approx(3.0)
+    assert after_one_sample(rivals.saturated_step, rivals.Saturated, 100.0, limit=5.0)[
+        0
+    ] == pytest.approx(3.0)
 
 
 def test_huber_weight_grows_the_noise_beyond_c_sigmas():
     # sqrt(S) = sqrt(10), r = 10 / 3.1623 = 3.1623, R -> 4 * 3.1623 = 12.649, K = 6 / 18.649 =
     # 0.32173
-    assert after_one_sample(huber, 10.0, corner=1.0)[0] == pytest.approx(3.2173, abs=1e-4)
+    assert after_one_sample(rivals.huber_step, rivals.Huber, 10.0, corner=1.0)[0] == pytest.approx(
+        3.2173, abs=1e-4
+    )
 
 
 def test_chi_square_gate_rejects_what_the_model_does_not_expect():
     # e^2 / S = 100 / 10 = 10 > 6.63: rejected, P = 4 + 2; 64 / 10 = 6.4: used
-    assert after_one_sample(chi_square, 10.0, limit=6.63) == (0.0, 6.0)
-    assert after_one_sample(chi_square, 8.0, limit=6.63)[0] == pytest.approx(4.8)
+    assert after_one_sample(rivals.chi_square_step, rivals.ChiSquare, 10.0, limit=6.63) == (
+        0.0,
+        6.0,
+    )
+    assert after_one_sample(rivals.chi_square_step, rivals.ChiSquare, 8.0, limit=6.63)[
+        0
+    ] == pytest.approx(4.8)
 
 
 def test_student_t_filter_equals_the_plain_one_for_many_degrees_of_freedom():
-    nearly_normal = after_one_sample(student_t, 10.0, freedom=1e9)[0]
-    assert nearly_normal == pytest.approx(after_one_sample(kbf, 10.0)[0], rel=1e-6)
+    nearly_normal = after_one_sample(rivals.student_t_step, rivals.StudentT, 10.0, freedom=1e9)[0]
+    assert nearly_normal == pytest.approx(
+        after_one_sample(kbf.step, kbf.Numbers, 10.0)[0], rel=1e-6
+    )
 
 
 def test_student_t_filter_hardly_moves_for_a_gross_outlier():
-    assert abs(after_one_sample(student_t, 1e4, freedom=4.0)[0]) < 1.0
+    assert abs(after_one_sample(rivals.student_t_step, rivals.StudentT, 1e4, freedom=4.0)[0]) < 1.0
 
 
 def test_spike_shorter_than_the_hold_leaves_no_mark():

@@ -38,8 +38,8 @@ from testbed.laws.supply import (
     wanted_stroke,
 )
 from testbed.machine.build import build_machine
-from testbed.scenario.hydraulic_parts import HYDRAULIC_PARTS
-from testbed.world.plumbing import unit_parameters
+from testbed.scenario.world_parts import HYDRAULIC_PARTS
+from testbed.world.hydraulic_parameters import unit_parameters
 from testbed.world.switches import AXIS_OFF, UNIT_OFF, switch_off
 
 X = np.tile([0.12, 0.2, 0.25], 4)

@@ -24,7 +24,7 @@ from testbed.benchmarks.paper.experiment import (
     told,
 )
 from testbed.errors import InputError
-from testbed.report.tables import Table
+from testbed.report.page import Table
 
 
 def at_least(low: float, measured: float) -> Claim:

@@ -13,9 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.machine.scale import Scale
 from testbed.robot.kinematics import LegKinematics
@@ -23,7 +23,6 @@ from testbed.robot.loads.foot_loads import external_wrench, point_wrench
 from testbed.robot.model import RobotModel
 from testbed.robot.stability import wrench_margin_n
 
-Array = NDArray[np.float64]
 SWAYS_M = np.arange(0.0, 0.241, 0.015)
 """Sideways shifts of the body that are tried, m."""
 WANTED_SHARE = 0.085

@@ -14,7 +14,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.command import Command
 from testbed.control.gait import BelievedStart
@@ -28,11 +27,11 @@ from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.crawl.walk_plan import Stride, WalkPlan
 from testbed.control.measured import Measured
 from testbed.errors import InputError
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import LEGS, ROTATION, VERTICAL
 from testbed.robot.model import attitude_gravity
 from testbed.scenario.tasks import Crawl
 
-Array = NDArray[np.float64]
 UNLOAD_M_S = 0.005
 """Before it swings, a foot is raised at this speed: one that is torn off makes the one across from
 it jump (E).
@@ -180,9 +179,7 @@ class CrawlGait:
             self._levelling.stand_on(self._feet)
         return self._levelling
 
-    def _go(
-        self, dt: float, measured: Measured, stance: NDArray[np.bool_], levelling: Levelling
-    ) -> None:
+    def _go(self, dt: float, measured: Measured, stance: Flags, levelling: Levelling) -> None:
         """Go on by dt s: begin the next phase where one is over, move body and foot, take swinging
         legs off `stance`.
         """

@@ -44,11 +44,7 @@ class GroundSearch:
     """
 
     def __init__(
-        self,
-        carried_n: float,
-        lightness: float,
-        ground_steps_m: float,
-        scale: Scale = ROBOCLIMBER,
+        self, carried_n: float, lightness: float, ground_steps_m: float, scale: Scale = ROBOCLIMBER
     ) -> None:
         """carried_n: all feet's load; lightness: its share of the weight; ground_steps_m: to be
         reckoned with.

@@ -7,15 +7,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.control.measured import Measured
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.attitude import rotation_from_attitude, small_turn, write_rotation
-from testbed.robot.loads.foot_load_sets import internal_force_of
+from testbed.robot.loads.foot_loads import internal_force_of
 
-Array = NDArray[np.float64]
 LEVEL_GAIN_1_S = 0.3
 """Rate at which standing legs take out a tilt or a turn of the body."""
 EVEN_GAIN_M_S_N = 2.0e-8
@@ -49,7 +48,7 @@ class Levelling:
         self,
         feet: Array,
         body: Array,
-        standing: NDArray[np.bool_],
+        standing: Flags,
         measured: Measured,
         seating: bool,
         dt: float,

@@ -7,13 +7,12 @@ asked for more than its limit. Progress along it is a trapezoid of speed: rest, 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.machine.groups import PowerUnit
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import ROTATION
 
-Array = NDArray[np.float64]
 RAMP = 0.12
 """Share of a way's time in which its speed rises, and falls."""
 PEAK = 1.0 / (1.0 - RAMP)

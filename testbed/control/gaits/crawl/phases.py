@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.gaits.crawl.pace import progress
 from testbed.control.gaits.crawl.swing import Swing
-
-Array = NDArray[np.float64]
+from testbed.formats.arrays import Array
 
 
 class Doing(Enum):

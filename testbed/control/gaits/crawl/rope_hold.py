@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.machine.scale import ROBOCLIMBER, Scale
 
-Array = NDArray[np.float64]
 TENSION_GAIN_M_S_N = 6.0e-6
 """Pay-out speed per newton above the wanted tension: with 330 kN/m of rope a loop of 2 1/s (E)."""
 CORRECTION_M_S = 0.0018
@@ -173,14 +172,7 @@ def rope_readiness(ways: Any, pull: Any, body: Any, measured_n: Any, part: float
 
 @njit
 def rope_rates(
-    ways: Any,
-    pull: Any,
-    body: Any,
-    before: Any,
-    dt: float,
-    measured_n: Any,
-    by: Keeping,
-    out: Any,
+    ways: Any, pull: Any, body: Any, before: Any, dt: float, measured_n: Any, by: Keeping, out: Any
 ) -> None:
     """See RopeHold.rates_m_s."""
     directions = np.empty((2, 3))

@@ -10,13 +10,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.gaits.crawl.pace import SWING_RAMP, Pace, progress
+from testbed.formats.arrays import Array
 from testbed.machine.names import ROTATION, VERTICAL
 from testbed.robot.kinematics import LegKinematics
 
-Array = NDArray[np.float64]
 CLEAR = 0.3
 """Share of the time of rising after which the foot goes over, and of the time of coming down at
 which it is there.

@@ -7,7 +7,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.gaits.crawl.footholds import Footholds, Swings
 from testbed.control.gaits.crawl.ground_search import GroundSearch
@@ -16,10 +15,10 @@ from testbed.control.gaits.crawl.phases import BodyWay, Doing, Phase
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.crawl.swing import Swing
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
 from testbed.scenario.tasks import Crawl
 
-Array = NDArray[np.float64]
 SEAT_S = 0.5
 """How long a foot is seated after it has met the ground (E)."""
 UNLOAD_S = 1.0

@@ -18,15 +18,14 @@ the tension has gained: rope that comes in and does not stretch drags the feet, 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from testbed.benchmarks.control_tasks.agents.base import Readings, Vector
 from testbed.control.layers.shift import SHIFT_SPEED_M_S
-from testbed.envs.agents.base import Readings, Vector
 from testbed.envs.keep import DIAGONAL, HAUL_M_S, RAISE_M_S
 from testbed.envs.observations import KEEP_TABLE
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import LEGS, SIDES
 
-Array = NDArray[np.float64]
 STEP_S = 0.05
 ROPE_N_M = 2.5e5
 """Stiffness that a rope of some thirty metres is hauled with (D: 327 kN/m at 30 m, less what the
@@ -101,7 +100,7 @@ class Hauling:
         del seen
         return tension
 
-    def _raised_m_s(self, seen: Readings, holds: NDArray[np.bool_]) -> tuple[float, float]:
+    def _raised_m_s(self, seen: Readings, holds: Flags) -> tuple[float, float]:
         """Speeds at which the diagonal and the front are raised, m/s, from the readings and which
         ropes hold: none.
         """
@@ -132,7 +131,7 @@ class Secure(Hauling):
         share = secure_share(self._slope, self._least_friction)
         return np.full(len(SIDES), 0.5 * share * self._slope_n)
 
-    def _raised_m_s(self, seen: Readings, holds: NDArray[np.bool_]) -> tuple[float, float]:
+    def _raised_m_s(self, seen: Readings, holds: Flags) -> tuple[float, float]:
         """Both diagonals are to carry alike while both ropes hold: only then do all four feet hold
         against a turn on one rope. After a loss the feet that hold best against the turn are given
         more to carry.

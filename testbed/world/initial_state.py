@@ -21,7 +21,7 @@ from testbed.scenario.scenario import Scenario
 from testbed.world.board import Board
 from testbed.world.engine import Engine
 from testbed.world.ground.terrain import Ground
-from testbed.world.plumbing import axis_parameters, traction_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, traction_parameters, unit_parameters
 from testbed.world.sensing import sensor_records
 from testbed.world.start import Start
 from testbed.world.switches import switch_off
@@ -48,7 +48,7 @@ class Truth:
     sensor_rng: np.random.Generator
 
 
-def furnish(truth: Truth, belief: Robot, engine: Engine, start: Start) -> NDArray[Any]:
+def initial_boards(truth: Truth, belief: Robot, engine: Engine, start: Start) -> NDArray[Any]:
     """An array of one Board for a machine that stands as `start` has it, the engine reset to it.
 
     Only the position loops are made from what is believed. Raises InputError for numbers that

@@ -21,7 +21,7 @@ from testbed.scenario.events import (
     Shove,
 )
 from testbed.world.board import Board
-from testbed.world.happenings import Happenings
+from testbed.world.scheduled_events import ScheduledEvents
 
 
 def machine() -> Any:
@@ -37,9 +37,9 @@ def machine() -> Any:
     )
 
 
-def happenings(*events: Any) -> tuple[Any, Any, Happenings]:
+def scheduled(*events: Any) -> tuple[Any, Any, ScheduledEvents]:
     m, row = machine(), DataRow.zeros()
-    return m, row, Happenings(m, row, events)
+    return m, row, ScheduledEvents(m, row, events)
 
 
 def shove(at_s: float, newton: float, **more: Any) -> Shove:
@@ -48,14 +48,14 @@ def shove(at_s: float, newton: float, **more: Any) -> Shove:
 
 def test_events_come_in_the_order_of_their_times_and_each_once() -> None:
     early, late = (SetFriction(kind="set_friction", at_s=t, friction=0.1) for t in (1.0, 2.0))
-    *_, pending = happenings(late, early)
+    *_, pending = scheduled(late, early)
     assert pending.due(0.99) == []
     assert pending.due(2.0 - 1e-12) == [early, late]
     assert pending.due(3.0) == []
 
 
 def test_a_cut_rope_is_no_rope_that_broke_and_a_rope_that_parts_is_told_once() -> None:
-    m, _, world = happenings()
+    m, _, world = scheduled()
     world.happen(CutRope(kind="cut_rope", at_s=0.0, rope="left"))
     assert m.board.ropes["whole"].tolist() == [0.0, 1.0]
     assert world.broken_ropes() == []
@@ -65,14 +65,14 @@ def test_a_cut_rope_is_no_rope_that_broke_and_a_rope_that_parts_is_told_once() -
 
 
 def test_a_set_pressure_is_told_over_the_atmosphere_and_kept_absolute() -> None:
-    m, _, world = happenings()
+    m, _, world = scheduled()
     world.happen(SetSupply(kind="set_supply", at_s=0.0, pressure_pa=9e6))
     assert m.board.unit.set_pressure == 9e6 + ATMOSPHERE_PA
 
 
 @pytest.mark.parametrize(("how", "reading_pa"), [("stuck", 3.2e6), ("dead", 0.0)])
 def test_a_failed_sensor_shows_what_it_showed_last_or_nothing(how: Any, reading_pa: float) -> None:
-    m, row, world = happenings()
+    m, row, world = scheduled()
     axis = AXES.index("rl_vertical")
     m.board.transducers["gain"] = 1.0
     row["pressure_b"][0, axis] = 3.2e6
@@ -83,7 +83,7 @@ def test_a_failed_sensor_shows_what_it_showed_last_or_nothing(how: Any, reading_
 
 
 def test_pushes_add_up_where_they_act_and_end_with_their_time() -> None:
-    m, _, world = happenings()
+    m, _, world = scheduled()
     world.happen(shove(1.0, 100.0, duration_s=1.0))
     world.happen(shove(1.5, 20.0, duration_s=1.0))
     world.happen(shove(1.5, 7.0, duration_s=1.0, at="rr"))
@@ -100,7 +100,7 @@ def test_pushes_add_up_where_they_act_and_end_with_their_time() -> None:
 
 
 def test_the_rest_is_handed_on_and_what_a_gait_carries_out_does_nothing_here() -> None:
-    m, _, world = happenings()
+    m, _, world = scheduled()
     before = m.board.tobytes()
     world.happen(Payload(kind="payload", at_s=0.0, mass_kg=-30.0))
     world.happen(SetFriction(kind="set_friction", at_s=0.0, friction=0.3))

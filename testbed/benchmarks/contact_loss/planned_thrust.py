@@ -8,18 +8,10 @@ from bisect import bisect_right
 from itertools import accumulate
 
 import numpy as np
-from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.scenario.tasks import Drill
-
-Array = NDArray[np.float64]
-
-
-def ramp_share(begun_s: float, duration_s: float, ramp_s: float) -> float:
-    """Share of a phase's forces `begun_s` after it began: they rise and fall at its edges within
-    `ramp_s`.
-    """
-    return min(1.0, begun_s / ramp_s, (duration_s - begun_s) / ramp_s) if ramp_s > 0.0 else 1.0
+from testbed.world.drilling.drilling import ramp_share
 
 
 def planned_thrust(task: object, steps: int, step_s: float) -> Array:

@@ -7,11 +7,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.control.drilling.thrust_plan import planned_thrust, ramp_share
+from testbed.benchmarks.contact_loss.planned_thrust import planned_thrust
 from testbed.laws.drill import DrillLoads
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import Drill, PullOut, Push, Rest
-from testbed.world.drilling.drilling import DrillProgram
+from testbed.world.drilling.drilling import DrillProgram, ramp_share
 
 PHASES = (
     Push(kind="push", duration_s=2.0, feed_n=1000.0),

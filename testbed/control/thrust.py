@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import Drill
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

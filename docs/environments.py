@@ -1,5 +1,6 @@
-"""The environments as a page: ids, actions, observation tables, what varies. `python -m
-testbed.envs.describe`.
+"""The environments as a page: ids, actions, observation tables, what varies.
+
+    python docs/environments.py > docs/environments.md
 
 Everything is read from where the code has it; docs/environments.md is this page, and a test keeps
 it so.
@@ -22,7 +23,7 @@ from testbed.envs.rewards import Term
 
 HEAD = """# Environments
 
-Made by `python -m testbed.envs.describe > docs/environments.md`.
+Made by `python docs/environments.py > docs/environments.md`.
 
 ```python
 import gymnasium, testbed.envs

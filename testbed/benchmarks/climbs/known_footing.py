@@ -14,17 +14,17 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90
 from testbed.machine.names import AXES, LEGS, VERTICAL
 from testbed.robot.contact.geometry import FootLoads
-from testbed.robot.loads.foot_loads import ExpectedLoads, Footing
+from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, internal_force_of
 
 LEAST_SLOPE = 1e-9
 """Loss of load by push below which a foot never leaves, N/N."""
 
-Array = NDArray[np.float64]
 FRICTION_HOLD_N = 150.0
 """Standard deviation of what the cylinders' friction holds of the internal force (E; seen in thirty
 simulated stands).
@@ -105,14 +105,6 @@ def load_interval_n(
         for way in (-1.0, 1.0)
     ]
     return np.minimum(*ends), np.maximum(*ends)
-
-
-def internal_force_of(feet_xy: Array) -> Array:
-    """(4,) loads of size 1 on feet (4, 2) that have neither sum nor moment: + on fl and rr, - on fr
-    and rl.
-    """
-    null = np.linalg.svd(np.vstack([np.ones(len(LEGS)), feet_xy.T]))[2][3]
-    return np.asarray(null * np.sign(null[0]))
 
 
 def fixed_combinations(feet_xy: Array) -> Array:

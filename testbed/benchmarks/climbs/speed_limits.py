@@ -15,15 +15,13 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.control.gaits.crawl.pace import margin_share
+from testbed.formats.arrays import Array
 from testbed.laws.traction import RESERVE_M
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
 from testbed.robot.linkage import Linkages
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import pytest
 from shipped import MACHINE
 
 from testbed.errors import InputError
-from testbed.machine.ruled import check_effective, check_kind
+from testbed.machine.overridden import check_effective, check_kind
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from testbed.world import sensing
 from testbed.world.assembly import Assembled
 
 
-class Happenings:
+class ScheduledEvents:
     """The events still to come, each let happen in its time, and what keeps on acting of them."""
 
     def __init__(self, machine: Assembled, row: NDArray[Any], events: Iterable[Any]) -> None:

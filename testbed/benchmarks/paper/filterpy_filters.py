@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from testbed.formats.arrays import Array
 
 
 def _random_walk(first: float, q: float, r: float) -> Any:
@@ -21,14 +22,12 @@ def _random_walk(first: float, q: float, r: float) -> Any:
     return kf
 
 
-def kbf(z: NDArray[np.float64], q_n2: float, r_n2: float) -> NDArray[np.float64]:
+def kbf(z: Array, q_n2: float, r_n2: float) -> Array:
     """The KBF (6) over z[n] in N; starts at z[0] with P = R. Returns x[n] in N."""
     return modified_kbf(z, q_n2, r_n2, np.inf)
 
 
-def modified_kbf(
-    z: NDArray[np.float64], q_n2: float, r_n2: float, e_max_n: float
-) -> NDArray[np.float64]:
+def modified_kbf(z: Array, q_n2: float, r_n2: float, e_max_n: float) -> Array:
     """The modified KBF (6, Fig. 10) over z[n] in N: no state update while |z_k - x_(k-1)| >
     e_max.
     """

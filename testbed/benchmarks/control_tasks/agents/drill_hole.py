@@ -12,15 +12,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from testbed.envs.agents.base import Readings, Vector
+from testbed.benchmarks.control_tasks.agents.base import Readings, Vector
 from testbed.envs.drill_hole import FEED_N, FEED_RANGE_N, HANDBOOK, DrillHoleEnv
 from testbed.envs.observations import HOLE_TABLE
+from testbed.formats.arrays import Array
 from testbed.laws.penetration import penetration_rate
 from testbed.machine.names import LEGS
 
-Array = NDArray[np.float64]
 FEEDS_N = np.arange(FEED_N - FEED_RANGE_N, FEED_N + FEED_RANGE_N + 1.0, 250.0)
 """Feeds that are weighed against each other."""
 ENERGIES = np.exp(np.linspace(math.log(0.1), math.log(6.0), 81))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from testbed.control.gaits.crawl.limits import speed_limits
+from testbed.benchmarks.climbs.speed_limits import speed_limits
 from testbed.machine.build import build_machine
 
 

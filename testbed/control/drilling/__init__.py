@@ -1,1 +1,0 @@
-"""How hard the drill may press."""
