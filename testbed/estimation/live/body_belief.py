@@ -152,7 +152,8 @@ def body_of(
     body = out[0]
     body["believed"] = 1.0
     if not holds(machine):
-        t = replace(t, rest_share=EVEN, fresh_more=1.0 / EVEN - 1.0)  # right after a stop: an end
+        # Right after a stop: at an end. What is even is told as it is.
+        t = replace(t, rest_share=EVEN, fresh_more=1.0 / EVEN - 1.0, told_share=1.0)
     _trust(body, t, model.total_mass_kg * GRAVITY_M_S2)
     body["decisions"]["end_zone"] = machine.scale.length * END_ZONE_M
     body["decisions"]["end_force"] = machine.scale.force * END_FORCE_N
