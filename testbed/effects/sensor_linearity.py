@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from testbed.effects.base import Effect, ParameterSpec
+
+
+def bowed(pressure_pa: Any, range_pa: float) -> Any:
+    """What a sensor reads too much at a gauge pressure, for 1 Pa in the middle of its range."""
+    share = pressure_pa / range_pa
+    return 4.0 * share * (1.0 - share)
 
 
 class Linearity(Effect):

@@ -212,13 +212,18 @@ class Sensor(Group):
     temperature_resolution_k: NotNegative
 
     @property
+    def bow_sd_pa(self) -> float:
+        """Standard deviation of a transducer's bow, evenly drawn."""
+        return self.pressure_linearity_pa / math.sqrt(3.0)
+
+    @property
     def pressure_accuracy_pa(self) -> float:
         """Standard deviation of what a transducer errs by and no averaging removes: its bow, evenly
         drawn, and its loop, on whose one side or the other it reads.
         """
         narrowest = NARROWEST_LOOP * self.pressure_hysteresis_pa
         loop = 0.5 * (narrowest + self.pressure_hysteresis_pa)
-        return math.hypot(self.pressure_linearity_pa / math.sqrt(3.0), loop)
+        return math.hypot(self.bow_sd_pa, loop)
 
 
 class Rope(Group):

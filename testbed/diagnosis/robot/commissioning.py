@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 import numpy.typing as npt
@@ -37,8 +38,9 @@ from testbed.effects.robot_centre_of_mass import CentreOfMass
 from testbed.effects.robot_payload import HiddenPayload
 from testbed.effects.rope_tension_gain import TensionGain
 from testbed.effects.sensor_gain import GainA, GainB
+from testbed.effects.sensor_linearity import Linearity, bowed
 from testbed.effects.sensor_zero import ZeroA, ZeroB
-from testbed.effects.signature import Change
+from testbed.effects.signature import Change, RobotSeen
 from testbed.estimation.commissioning import Number, Weighed, zero_name
 from testbed.estimation.live.uncertainty import areas_m2
 from testbed.machine.model import Machine
@@ -74,14 +76,14 @@ LEVEL_SD_RAD = 3.0e-4
 STILL, CARRIES = 0.1, 0.99
 """A piston stands still below this share of sliding; a foot carries above this share of a bin."""
 CHAMBER_PA = 4.0e6
-"""About what stands in a chamber under load (E): what gains make of it counts with the zeros in
-what is believed."""
+"""About what stands in a chamber under load (E): what gains and bows make of it counts with the
+zeros in what is believed."""
 UNTOLD = (
     *(HiddenPayload.kind, CentreOfMass.kind, AddedMass.kind, ZeroA.kind, ZeroB.kind),
-    LoadFriction.kind,
+    *(LoadFriction.kind, Linearity.kind),
 )
-"""Effects of which only sums show: the machine's weight, both zeros of a cylinder; friction by the
-load, which friction by the load across the rod resembles."""
+"""Effects of which only sums show: the machine's weight, both zeros of a cylinder and what its
+sensors bow by; friction by the load, which friction by the load across the rod resembles."""
 PINS_WIDER = 1.4
 """A load pin is so much less sure than the linear model has it: what feet hold of a rope's pull,
 cylinders that stand still hide alike at every pull (E)."""
@@ -107,7 +109,9 @@ class Evidence:
 def evidence_of(data: Mapping[str, Array], robot: Robot, ropes_in_world: Array) -> Evidence:
     """Hold a recording's columns against the drawn robot; `ropes_in_world` (2, 3) as surveyed."""
     bins, balance = _balance(data, robot, ropes_in_world)
-    numbers = [one for one in tolerated(balance.seen, robot.machine, biased=False) if one.sd > 0.0]
+    seen, machine = balance.seen, robot.machine
+    every = chain(tolerated(seen, machine, biased=False), _bent(seen, machine))
+    numbers = [one for one in every if one.sd > 0.0]
     columns = np.column_stack([rows_of(balance, one.change) for one in numbers])
     visible = np.any(columns, axis=0)
     numbers = [one for one, seen in zip(numbers, visible, strict=True) if seen]
@@ -124,6 +128,23 @@ def evidence_of(data: Mapping[str, Array], robot: Robot, ropes_in_world: Array) 
         precision += white[:, 1:].T @ white[:, 1:]
         gradient += white[:, 1:].T @ white[:, 0]
     return Evidence(tuple(numbers), precision, gradient)
+
+
+def _bent(seen: RobotSeen, machine: Machine) -> Iterator[Tolerated]:
+    """What each transducer's characteristic bows by, each in its own way: nothing in the air, where
+    zeros show, and four feet's worth under load, where the weight does.
+    """
+    for i, axis in enumerate(machine.axes.values()):
+        for k, (chamber, pressure) in enumerate(
+            (("a", seen.pressure_a_pa), ("b", seen.pressure_b_pa))
+        ):
+            more = bowed(pressure[:, i], axis.sensor.pressure_range_pa)
+            change = Change(force=seen.reads(i, k, more).force)
+            yield Tolerated(change, axis.sensor.bow_sd_pa, _bow(axis.name, chamber))
+
+
+def _bow(axis: str, chamber: str) -> str:
+    return f"{Linearity.kind}@{axis}.bow {chamber}"
 
 
 def _balance(
@@ -268,15 +289,18 @@ def _unit(name: str, machine: Machine) -> str:
 
 
 def _zeros(machine: Machine, axis: str, pressure_pa: float) -> dict[str, float]:
-    """What the sensors of a cylinder add to its force, by their zeros and by their gains at a
-    pressure.
+    """What the sensors of a cylinder add to its force, by their zeros, and by their gains and bows
+    at a pressure.
     """
     area_a, area_b = areas_m2(machine.axes[axis])
+    bent = float(bowed(pressure_pa, machine.axes[axis].sensor.pressure_range_pa))
     return {
         f"{ZeroA.kind}@{axis}.zero": area_a,
         f"{ZeroB.kind}@{axis}.zero": -area_b,
         f"{GainA.kind}@{axis}.gain_error": area_a * pressure_pa,
         f"{GainB.kind}@{axis}.gain_error": -area_b * pressure_pa,
+        _bow(axis, "a"): area_a * bent,
+        _bow(axis, "b"): -area_b * bent,
     }
 
 

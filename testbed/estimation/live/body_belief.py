@@ -37,7 +37,9 @@ class OwnTuning:
 
     `friction_share`: sliding friction is known to this share; `rest_share`: one standard deviation
     of friction at rest, as a share of its set's half width, and `fresh_more` of it right after a
-    stop, where load-holding valves keep the oil and friction settles (else EVEN); `*_keep_s`: for
+    stop, where load-holding valves keep the oil and friction settles (else EVEN); `rest_alike`: its
+    correlation between feet that have rested for `alike_after_s`: oil that leaks moves it on the
+    same way at all of them; `*_keep_s`: for
     how long a deviation lasts (the balance's own shorter than friction's: else it takes what a
     stuck piston hides for an error of the weight); `told_share`: of the filter's standard
     deviation, what intervals are made of: deviations end where their sets do, so that large ones
@@ -73,6 +75,8 @@ class OwnTuning:
     fresh_s: float = 4.0
     sliding_keep_s: float = 0.5
     rest_keep_s: float = 0.3
+    rest_alike: float = 0.5
+    alike_after_s: float = 30.0
     body_keep_s: float = 0.3
     weight_share: float = 0.005
     centre_sd_m: float = 0.01
@@ -148,7 +152,8 @@ def body_of(
     body = out[0]
     body["believed"] = 1.0
     if not holds(machine):
-        t = replace(t, rest_share=EVEN, fresh_more=1.0 / EVEN - 1.0)  # right after a stop: an end
+        # Right after a stop: at an end. What is even is told as it is.
+        t = replace(t, rest_share=EVEN, fresh_more=1.0 / EVEN - 1.0, told_share=1.0)
     _trust(body, t, model.total_mass_kg * GRAVITY_M_S2)
     body["decisions"]["end_zone"] = machine.scale.length * END_ZONE_M
     body["decisions"]["end_force"] = machine.scale.force * END_FORCE_N
@@ -159,6 +164,8 @@ def body_of(
     body["inertia"] = model.mass_matrix(model.limits.mean(axis=1))[3:6, 3:6]
     body["linkages"] = linkages.records
     body["foot_height"] = model.foot_positions_m(np.zeros(len(AXES)))[:, 2]
+    body["belly_height"] = machine.body.belly_height_m
+    body["belly"] = 0.5 * np.array(machine.body.belly_box_m[:2])
     body["rope_point"] = model.rope_attachments_m
     body["rope_direction"] = rope_directions_in_world
     body["pin_gain"] = 1.0
@@ -201,8 +208,9 @@ def _learnt(known: NDArray[Any], tuning: OwnTuning) -> NDArray[Any]:
 
 def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
     """How sure the estimate is of what, and what it decides by."""
-    body["every"], body["gravity"] = tuning.every, GRAVITY_M_S2
+    body["every"], body["gravity"], body["weight"] = tuning.every, GRAVITY_M_S2, weight_n
     body["sliding_keep"], body["rest_keep"] = tuning.sliding_keep_s, tuning.rest_keep_s
+    body["alike"], body["alike_after"] = tuning.rest_alike, tuning.alike_after_s
     body["balance_keep"] = tuning.body_keep_s
     body["rope_share"], body["drill_share"] = tuning.rope_share, tuning.drill_share
     body["blow_share"] = tuning.blow_share

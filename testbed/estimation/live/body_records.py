@@ -6,6 +6,7 @@ from testbed.estimation.filters import persistent
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import AxisBelief, AxisState, Decisions
 from testbed.estimation.live.shaken import Shaken
+from testbed.estimation.live.support import Support
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
@@ -23,6 +24,8 @@ class BodyBelief(Record):
     gravity = quantity("m/s2", "strength")
     sliding_keep = quantity("s", "for how long friction deviates while sliding")
     rest_keep = quantity("s", "the same at rest")
+    alike = quantity("1", "correlation of friction between vertical cylinders long at rest")
+    alike_after = quantity("s", "of rest, after which it is about there")
     balance_keep = quantity("s", "for how long the balance's own error lasts")
     rope_share = quantity("1", "of the ropes' tensions, that the balance may be off by")
     known = quantity("N", "standard deviations of what is constant", per=fu.CONSTANTS)
@@ -55,6 +58,9 @@ class BodyBelief(Record):
     inertia = quantity("kg m2", "of the whole machine about the body's origin", per=(XYZ, XYZ))
     balance_sd = quantity("N", "expected error of the balance (moments N m)", per=fu.WRENCH)
     linkages = part(Linkage, "from joint to rod", per=AXES)
+    weight = quantity("N", "of the machine")
+    belly_height = quantity("m", "underside of the belly above the body's origin")
+    belly = quantity("m", "half its length and half its width", per=("x", "y"))
     foot_height = quantity("m", "underside of a foot above the origin, joints at 0", per=LEGS)
     rope_point = quantity("m", "where the ropes pull, body frame", per=(SIDES, XYZ))
     rope_direction = quantity("1", "towards the anchors, world frame", per=(SIDES, XYZ))
@@ -91,8 +97,10 @@ class BodyState(Record):
     means = part(Gathered, "at the last balance")
     count = quantity("1", "samples in the sums")
     started = quantity("1", "1 after the first balance, 2 after the first answer")
+    unsteady = quantity("N", "change, since the balance before, of what the acceleration asks for")
     in_air = quantity("s", "for how long a foot has been in the air", per=LEGS)
     filters = part(persistent.PersistentState, "of the foot loads", per=LEGS)
+    support = part(Support, "what carries the body that no sensor reads")
     shaken = part(Shaken, "fast changes of the loads")
     level = quantity("N", "filtered force along x and y", per=(LEGS, ("x", "y")))
     force_sd = quantity(

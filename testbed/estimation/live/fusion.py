@@ -26,7 +26,7 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.formats.records import Record, part, quantity
-from testbed.machine.names import AXES, SIDES
+from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -89,6 +89,9 @@ class Sizes(Record):
     spread = quantity("N", "standard deviation of a deviation", per=AXES)
     news = quantity(
         "N2", "variance that a resting piston's deviation gains, up to its spread's", per=AXES
+    )
+    alike = quantity(
+        "1", "correlation of deviations of vertical pistons at rest; 0 while one slides", per=LEGS
     )
     zero_grown = quantity("N2", "by how much a zero's variance has grown", per=AXES)
     balance_keep = quantity("1", "share of itself that an error of the balance keeps")
@@ -166,10 +169,28 @@ def predict(fusion: Any) -> None:
         p[d, d] += (1.0 - sizes.keep[index] ** 2) * spread
         p[z, z] += sizes.zero_grown[index]
         p[z, z] += fusion.blamed[index] ** 2 * sizes.dt / FREED_S
+    for a in range(4):
+        for b in range(a):
+            i, j = 3 * a + 2, 3 * b + 2
+            share = math.sqrt(sizes.alike[a] * sizes.alike[b])
+            share *= 1.0 - sizes.keep[i] * sizes.keep[j]
+            both = share * sizes.spread[i] * sizes.spread[j]
+            p[DEVIATION + i, DEVIATION + j] += both
+            p[DEVIATION + j, DEVIATION + i] += both
     for index in range(6):
         b = BALANCE + index
         fade(fusion, b, sizes.balance_keep)
         p[b, b] += (1.0 - sizes.balance_keep**2) * sizes.balance_sd[index] ** 2
+
+
+@njit
+def variance_of(fusion: Any, h: Any, r: float) -> float:
+    """Variance of an observation h . x with variance r of its own, by what is known now."""
+    for index in range(N):
+        if h[index] != 0.0:
+            for i in range(N):
+                r += h[index] * fusion.p[index, i] * h[i]
+    return r
 
 
 @njit

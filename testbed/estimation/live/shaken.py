@@ -57,7 +57,8 @@ def shake(specific_force: float, loads: Any, body: Any, state: Any) -> None:
         feet += carrying(state.load[k], body)
     fast = TRUST * (beyond - state.mean) / max(feet, 1.0)
     for k in range(4):
-        loads[k] += carrying(state.load[k], body) * fast
+        shaken = loads[k] + carrying(state.load[k], body) * fast
+        loads[k] = max(shaken, min(loads[k], 0.0))  # no foot pulls by it
 
 
 @njit

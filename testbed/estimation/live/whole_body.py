@@ -21,6 +21,7 @@ from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import Loads, step_axis
 from testbed.estimation.live.learnt import learnt, leg_variance, weigh_cylinder, weigh_leg
 from testbed.estimation.live.shaken import shake
+from testbed.estimation.live.support import carries
 from testbed.estimation.live.unilateral import hangs, learn_in_air, only_push
 from testbed.estimation.live.wrench import (
     View,
@@ -38,6 +39,10 @@ from testbed.robot.loads import foot_forces as ff
 
 LEVEL_SHARE = 0.15
 """What a sample weighs in the filtered forces along x and y."""
+UNSTEADY = 0.7
+"""Of what the body's acceleration asks for more or less than at the last balance, how much this one
+may be off by (E).
+"""
 SMALL_RAD = 1.0e-4
 """Turn by which it is tried out what a turned inertial unit does."""
 
@@ -59,6 +64,8 @@ def expect_sizes(row: Any, body: Any, state: Any) -> None:
         sizes.keep[index] = 0.0 if axis.changed != 0.0 else math.exp(-dt / keep_s)
         axis.changed = 0.0
         sizes.spread[index] = axis.spread
+        if index % 3 == 2:
+            sizes.alike[index // 3] = body.alike * (1.0 - math.exp(-axis.rested / body.alike_after))
         variance = body.known[fu.ZERO + index] ** 2 + (belief.thermal_sd * warm) ** 2
         sizes.zero_sd[index] = math.sqrt(variance)
         sizes.zero_grown[index] = (
@@ -84,12 +91,16 @@ def take_means(body: Any, state: Any) -> Any:
     sums, means, sizes, count = state.sums, state.means, state.fusion.sizes, state.count
     turning, started = np.zeros(3), state.started != 0.0
     dt = body.every * body.decisions.dt
+    change = 0.0
     for index in range(3):
         rate = sums.angular_rate[index] / count
         turning[index] = (rate - means.angular_rate[index]) / dt if started else 0.0
         means.angular_rate[index] = rate
-        means.specific_force[index] = sums.specific_force[index] / count
+        felt = sums.specific_force[index] / count
+        change += (felt - means.specific_force[index]) ** 2
+        means.specific_force[index] = felt
         sums.angular_rate[index] = sums.specific_force[index] = 0.0
+    state.unsteady = body.weight / body.gravity * math.sqrt(change)
     for index in range(2):
         tension = sums.rope_tension[index] / count
         means.rope_tension[index] = (tension - body.pin_zero[index]) / body.pin_gain[index]
@@ -154,7 +165,9 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
     balance's own error.
 
     Constants are learnt from those of them that vertical cylinders make up, while these slide and
-    no drill pushes: at rest friction hides as much as there is to learn, and hides it for long.
+    no drill pushes: at rest friction hides as much as there is to learn, and hides it for long. The
+    less steadily the body goes the less they are believed: seals, encoders and pressures follow the
+    start of a motion each in its own time, the same way at every start.
     """
     rows = np.zeros((6, fu.N))
     wrench = weigh_body(row, turning, body, state, rows)
@@ -183,10 +196,16 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
         rows[r, fu.BALANCE + r] = 1.0
         variance[r] = body.force_variance if r < 3 else body.moment_variance
     variance[2] += (body.blow_share * row.ordered_thrust) ** 2
+    if carries(rows, wrench, variance[2], body, state):
+        return
+    slides = slides and state.support.otherwise == 0.0
     if slides:
         blame.look(rows, wrench, variance, state.fusion)
+    shows = slides and row.ordered_thrust == 0.0
     for r in range(6):
-        learns = 2 <= r < 5 and slides and row.ordered_thrust == 0.0
+        learns = 2 <= r < 5 and shows
+        if learns:
+            variance[r] *= 1.0 + (UNSTEADY * state.unsteady) ** 2 / body.force_variance
         fu.observe(state.fusion, rows[r], wrench[r], variance[r], body.gate, learns)
 
 
