@@ -33,6 +33,10 @@ class Support(Record):
     otherwise = quantity("s", "for how long that has seemed otherwise")
 
 
+ABOUT_X, ABOUT_Y = 3, 4
+"""Rows of a wrench: its moments, behind three forces."""
+
+
 @njit
 def carries(rows: Any, wrench: Any, variance: float, body: Any, state: Any) -> bool:
     """Whether something else than feet, ropes and drill carries the body; counts for how long.
@@ -69,8 +73,8 @@ def within_belly(fusion: Any, rows: Any, wrench: Any, lift: float, body: Any) ->
     """Whether a force that closes the balance, `lift` (N) of it along z, acts through the belly."""
     along, aside = -left_over(fusion, rows[0], wrench[0]), -left_over(fusion, rows[1], wrench[1])
     about_x, about_y = (
-        -left_over(fusion, rows[3], wrench[3]),
-        -left_over(fusion, rows[4], wrench[4]),
+        -left_over(fusion, rows[ABOUT_X], wrench[ABOUT_X]),
+        -left_over(fusion, rows[ABOUT_Y], wrench[ABOUT_Y]),
     )
     height = body.belly_height
     x, y = (height * along - about_y) / lift, (about_x + height * aside) / lift
