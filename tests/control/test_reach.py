@@ -41,3 +41,13 @@ def test_ropes_that_lead_aside_are_told_what_would_pull_straight_and_it_does() -
     said = _refused(*straight)
     assert "anchors more than 28 m apart" in said and "ropes.pull" not in said
     _begin(*straight, "ropes.anchor_spread_m=36")
+
+
+@pytest.mark.slow
+def test_the_azimuth_that_is_said_to_fit_is_the_same_however_far_aside_one_asks() -> None:
+    """On 60 degrees 6 degrees fit and 7 do not; from 20 on the start leaves feet at their limit."""
+    for asked in (8, 25):
+        said = _refused(f"ropes.azimuth_deg={asked}")
+        assert float(re.findall(r"up to about (\d+) deg aside", said)[0]) == pytest.approx(6, abs=1)
+    _begin("ropes.azimuth_deg=6")
+    _refused("ropes.azimuth_deg=7")

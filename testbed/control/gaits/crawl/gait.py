@@ -101,6 +101,9 @@ class CrawlGait:
 
             def rehearse(other: Crawl, aside: float) -> None:
                 pulls, off = ropes.turned(aside), offset * np.array([1.0, aside, 1.0])
+                drawn_m = pulls.draws_aside_m(self._feet, total)
+                if abs(drawn_m) > abs(off[1]):  # feet that were at their limit show less of it
+                    off[1] = drawn_m
                 WalkPlan(other, footholds, pace, pulls, self._ground, off).rehearse()
 
             raise explained(error, task, start, rehearse) from error

@@ -79,6 +79,14 @@ class RopeHold:
         rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         return replace(self, anchors_m=self.anchors_m @ rotation.T)
 
+    def draws_aside_m(self, feet: Array, carried_n: float) -> float:
+        """How far to the side (y) the ropes' pull above the `feet` (4, 3) draws the load that they
+        carry, path frame, m, were there no limit to it.
+        """
+        nowhere = np.zeros(3)
+        pull_n = float(self.wanted_n(nowhere) @ self.directions(nowhere)[:, 1])
+        return pull_n * float(self.attachments_m[:, 2].mean() - feet[:, 2].mean()) / carried_n
+
     def lengths_m(self, body: Array) -> Array:
         """(2,) from attachment to anchor with the body at `body` (3), path frame."""
         return np.asarray(np.linalg.norm(self.anchors_m - self.attachments_m - body, axis=1))
