@@ -161,6 +161,12 @@ def test_a_number_lies_above_what_is_least_and_beyond_what_matters(
     assert gained == pytest.approx(math.log(now / before), rel=1e-6)
 
 
+def test_what_lies_far_out_between_two_bounds_is_still_a_number() -> None:
+    """Bounds that are next to each other, a thousand standard deviations off."""
+    gained = log_gained(10.0, 0.01, MATTERS, least=-MATTERS * (1.0 + 1e-15))
+    assert gained == pytest.approx(-math.log(float(norm.sf(MATTERS))), rel=1e-6)
+
+
 def test_a_number_that_would_be_negative_is_held_at_nothing() -> None:
     """Ways that a foot sinks by: what one shows backwards is not evidence for sinking."""
     rng = np.random.default_rng(5)

@@ -237,5 +237,5 @@ def _log_within(mean: float, spread: float, matters: float, least: float) -> flo
     below = float(log_ndtr((-matters - mean) / spread))
     beyond = float(log_ndtr((least - mean) / spread))
     if beyond < below:
-        above = float(np.logaddexp(above, below + math.log1p(-math.exp(beyond - below))))
+        above = float(np.logaddexp(above, below + math.log(-math.expm1(beyond - below))))
     return above
