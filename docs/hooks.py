@@ -276,7 +276,7 @@ def word_page() -> str:
         ("Machine", words("machine")),
         ("Estimates", words("estimate")),
         ("Contact and stability", words("safety")),
-        ("Diagnosis", words("diagnosis")),
+        ("Diagnosis", words("naming", "diagnosis")),
     )
     for title, entries in groups:
         parts += [f"\n## {title}\n", table(("word", "meaning"), entries, code=())]

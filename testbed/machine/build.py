@@ -14,12 +14,17 @@ from pathlib import Path
 from typing import Any
 
 from testbed import resources
-from testbed.machine.folder import bodies_of_folder, drawing_board
+from testbed.errors import InputError
+from testbed.machine.folder import NUMBERS, bodies_of_folder, drawing_board, own_numbers
 from testbed.machine.model import SHIPPED, Machine, shared_path
 from testbed.machine.provenance import read_quantities
 from testbed.machine.sets import DEFAULT, SetName, machine_set
 from testbed.machine.urdf_geometry import differing, urdf_numbers
 
+HOW_TO_AGREE = (
+    "no number, or a URDF that says so: `testbed machine FOLDER --draw` draws one, "
+    "with strokes by joints.*.upper_m"
+)
 ALIKE = 1e-9
 """Changes that differ by less are the same."""
 
@@ -51,10 +56,14 @@ def following(machine: Machine, urdf: Path) -> Machine:
     """The machine with another URDF and the numbers that it gives. Raises InputError for legs of
     another plan.
     """
-    found = urdf_numbers(urdf)
-    declared = {path: machine.quantity(path).value for path in found}
-    changes = _shared(differing(found, declared))
+    changes = _shared(_read_from(machine, urdf))
     return machine.with_urdf(urdf).replaced(changes, urdf, source=f"read from {urdf.name}")
+
+
+def _read_from(machine: Machine, urdf: Path) -> dict[str, Any]:
+    """What a URDF says otherwise than the machine's numbers."""
+    found = urdf_numbers(urdf)
+    return differing(found, {path: machine.quantity(path).value for path in found})
 
 
 def _shared(changes: Changes) -> dict[str, Any]:
@@ -75,8 +84,23 @@ def _shared(changes: Changes) -> dict[str, Any]:
 
 
 def _of_folder(folder: Path) -> Machine:
-    """The machine of a folder: its numbers, then what its URDF says."""
-    return following(drawing_board(folder), bodies_of_folder(folder))
+    """The machine of a folder: its numbers, then what its URDF says.
+
+    Raises InputError for a number of its own that its URDF overrules.
+    """
+    machine, urdf = drawing_board(folder), bodies_of_folder(folder)
+    own = own_numbers(folder)
+    for path, value in _read_from(machine, urdf).items():
+        name = next((name for name in (path, shared_path(path)) if name in own), None)
+        if name is not None:
+            raise InputError(
+                f"would have no effect: {urdf.name} says {value}",
+                file=folder / NUMBERS,
+                field=f"numbers.{name}",
+                value=own[name].value,
+                allowed=HOW_TO_AGREE,
+            )
+    return following(machine, urdf)
 
 
 @lru_cache(maxsize=4)

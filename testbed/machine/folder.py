@@ -12,7 +12,8 @@
     source
       oil: {entrained_air: {value: 0.01, unit: "1", mark: E, source: "new oil"}}
 
-Geometry, masses, strokes and ranges are the URDF's, whatever the numbers say: one truth.
+Geometry, masses, strokes and ranges are the URDF's, and a number that says otherwise is refused:
+one truth.
 """
 
 from __future__ import annotations
@@ -83,6 +84,11 @@ def read_head(folder: Path) -> Head:
     return checked(Head, read_mapping(path), path)
 
 
+def own_numbers(folder: Path) -> dict[str, Quantity]:
+    """The numbers that a folder gives itself, by path. Raises InputError as read_head does."""
+    return quantities_of(read_head(folder).numbers, folder / NUMBERS)
+
+
 def drawing_board(folder: Path) -> Machine:
     """The machine of a folder by its numbers alone, its URDF not read; where there is none, the
     shipped one's.
@@ -93,7 +99,7 @@ def drawing_board(folder: Path) -> Machine:
     base = read_quantities(Path(__file__).with_name(SHIPPED)) | machine_set(head.set)
     quantities = dict(_scaled(base, head.length_scale))
     machine = Machine.of(quantities, folder / BODIES, path)
-    own = quantities_of(head.numbers, path)
+    own = own_numbers(folder)
     for name, quantity in own.items():
         old = machine.quantity(name, path, f"numbers.{name}")
         if old.unit != quantity.unit or isinstance(old.value, tuple) != isinstance(

@@ -22,6 +22,8 @@ OPTIONAL_LINKS: tuple[str, ...] = (
 )
 """Where the drill, the rods and the ropes act; a machine without them has none of it."""
 MOST_BYTES, MOST_ELEMENTS = 2_000_000, 20_000
+MOST_M = 10.0
+"""No slide is longer, no body's radius of gyration larger: else a URDF is not in metres."""
 _NUMBERS = (
     "xyz",
     "rpy",
@@ -80,6 +82,7 @@ def _links_of(text: str, path: str) -> frozenset[str]:
             raise InputError("is missing", file=path, field=f"link {name}")
     for name in AXES:
         _check_axis(name, joints, path)
+    _check_passive(joints, path)
     if len({f"traction_{side}" in links for side in SIDES}) > 1:
         raise InputError(
             "has one traction device without the other",
@@ -173,6 +176,15 @@ def _check_inertial(name: str, link: ET.Element, path: str | Path) -> None:
     )
     if not all(minor > 0.0 for minor in minors):
         raise InputError("is not positive definite", file=path, field=f"link {name} inertia")
+    most = value * MOST_M**2
+    if ixx + iyy + izz > 2.0 * most:
+        raise InputError(
+            f"is out of range for {value:g} kg: a URDF is in kg m2",
+            file=path,
+            field=f"link {name} inertia ixx + iyy + izz",
+            value=ixx + iyy + izz,
+            allowed=f"at most {2.0 * most:g}",
+        )
 
 
 def _check_tree(
@@ -212,3 +224,42 @@ def _check_axis(name: str, joints: dict[str, ET.Element], path: str | Path) -> N
     limit = joints[name].find("limit")
     if limit is None or float(limit.get("lower", "0")) >= float(limit.get("upper", "0")):
         raise InputError("needs limits with lower < upper", file=path, field=f"joint {name}")
+    for word in ("effort", "velocity"):
+        if limit.get(word) is None:
+            raise InputError(f"its limit has no {word}", file=path, field=f"joint {name}")
+    most, unit = (math.pi, "rad") if kind == "revolute" else (MOST_M, "m")
+    for end in ("lower", "upper"):
+        value = float(limit.get(end, "0"))
+        if abs(value) > most:
+            raise InputError(
+                f"is out of range: a URDF is in {unit}",
+                file=path,
+                field=f"joint {name} {end} limit",
+                value=value,
+                allowed=f"-{most:.4g} to {most:.4g} {unit}",
+            )
+
+
+def _check_passive(joints: dict[str, ET.Element], path: str | Path) -> None:
+    """Refuse what would be overruled: cylinders alone move the joints, and their seals rub."""
+    for name, joint in joints.items():
+        if joint.get("type") != "fixed" and name not in AXES:
+            raise InputError(
+                "would hang loose",
+                file=path,
+                field=f"joint {name}",
+                allowed="fixed, or one of a leg's",
+            )
+        if joint.find("mimic") is not None:
+            raise InputError("would have no effect", file=path, field=f"joint {name} <mimic>")
+        dynamics = joint.find("dynamics")
+        for word in ("damping", "friction"):
+            value = 0.0 if dynamics is None else float(dynamics.get(word, "0"))
+            if value != 0.0:
+                raise InputError(
+                    "would have no effect: its cylinder's friction is among the machine's numbers",
+                    file=path,
+                    field=f"joint {name} {word}",
+                    value=value,
+                    allowed="0",
+                )

@@ -24,6 +24,8 @@ from testbed.machine.urdf_check import read_urdf
 ROUNDING = 1e-9
 """Lengths (m) and angles (rad) that differ by less are the same."""
 
+SOLE_M = 1.0e-5
+"""So far may a foot's underside be off its link's origin: at the ground's stiffness 1 kN."""
 STRAIGHT_M = 1.0e-6
 """So far may an axis be off the plan of a leg: kinematics then agree with the engine to a
 micrometre.
@@ -93,6 +95,7 @@ class _Geometry:
         self._needs(lift, down, (0.0, 0.0, -1.0))
         self._needs(slide, outward, (*_unit(outward[:2]), 0.0))
         self._chain(leg)
+        self._check_sole(f"{leg}_foot")
         foot = self._pose(f"{leg}_foot")[1] - hip
         aside = float(outward[0] * foot[1] - outward[1] * foot[0])
         if abs(aside) > STRAIGHT_M:
@@ -138,6 +141,19 @@ class _Geometry:
                 field=f"link {leg}_foot",
                 value=link_of(self.above[f"{leg}_foot"], "parent"),
                 allowed=parent,
+            )
+
+    def _check_sole(self, foot: str) -> None:
+        """The underside of a foot is at its link's origin: there the legs' kinematics end."""
+        turn = self._pose(foot)[0]
+        lowest = [_lowest_m(turn, shape) for shape in self.links[foot].findall("collision")]
+        if not lowest or abs(min(lowest)) > SOLE_M:
+            raise InputError(
+                "does not touch the ground where its link begins",
+                file=self.path,
+                field=f"link {foot} <collision> underside",
+                value=f"{min(lowest):.6g} m" if lowest else "none",
+                allowed=f"0 m, to {SOLE_M:g}",
             )
 
     def _needs(self, joint: str, axis: Array, wanted: tuple[float, ...]) -> None:
@@ -221,6 +237,23 @@ def origin_of(origin: ET.Element | None) -> tuple[Array, Array]:
     xyz = np.array([float(word) for word in origin.get("xyz", "0 0 0").split()])
     rpy = [float(word) for word in origin.get("rpy", "0 0 0").split()]
     return rotation_from_rpy(rpy), xyz
+
+
+def _lowest_m(turn: Array, collision: ET.Element) -> float:
+    """Lowest height of a box, cylinder or sphere, m, in a link's frame that `turn` puts upright."""
+    rotation, centre = origin_of(collision.find("origin"))
+    down, height = (turn @ rotation)[2], float((turn @ centre)[2])
+    geometry = collision.find("geometry")
+    shape = None if geometry is None else next(iter(geometry), None)
+    if shape is None:
+        return height
+    radius, length = (float(shape.get(word, "0")) for word in ("radius", "length"))
+    if shape.tag == "box":
+        edges = np.array([float(word) for word in shape.get("size", "0 0 0").split()])
+        return height - float(np.abs(down) @ edges) / 2.0
+    if shape.tag == "cylinder":
+        return height - abs(float(down[2])) * length / 2.0 - radius * float(np.hypot(*down[:2]))
+    return height - radius
 
 
 def _unit(vector: Array) -> Array:

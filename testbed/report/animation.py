@@ -1,7 +1,7 @@
 """The run as a moving wireframe: what `animation.html.j2` draws.
 
-Lengths go in millimetres from where the body began, forces in tens of newtons, as whole numbers: a
-minute of walking is some 60 kB.
+Lengths go in millimetres from where the body began, forces in tens of newtons (as much less as the
+machine is lighter than ROBOCLIMBER), as whole numbers: a minute of walking is some 60 kB.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from testbed.formats.arrays import Array
+from testbed.machine.urdf_check import lacking
 from testbed.report.ground import Heights
 from testbed.report.motion import Motion
 from testbed.robot.robot import Robot
@@ -32,7 +33,7 @@ def animation(
     """
     from jinja2.utils import htmlsafe_json_dumps
 
-    contents = scene(motion, slope_deg, robot, ground) | {"frames": frames(motion)}
+    contents = scene(motion, slope_deg, robot, ground) | {"frames": frames(motion, robot)}
     return htmlsafe_json_dumps(contents, separators=(",", ":"))
 
 
@@ -40,21 +41,29 @@ def scene(motion: Motion, slope_deg: float, robot: Robot, ground: Heights | None
     """What stands still in the picture, and the machine's own measures."""
     model = robot.model
     body, drill = robot.machine.body, robot.machine.drill_body
+    drills = "drill_mast" not in lacking(robot.machine.urdf)
     return {
+        "size": robot.machine.scale.length,
         "slope": slope_deg,
         "ground": _ground(motion, ground),
         "box": _whole([*np.array(body.inertia_box_m) / 2.0], MM),
         "hips": _whole(robot.legs.hips_m, MM),
         "sheaves": _whole(model.rope_attachments_m, MM),
-        "mast": _whole([*model.drill_mount_m, drill.mast_length_m], MM),
+        "mast": _whole([*model.drill_mount_m, drill.mast_length_m], MM) if drills else None,
     }
 
 
-def frames(motion: Motion, start_m: Array | None = None) -> list[list[int]]:
+def arrows(robot: Robot) -> str:
+    """How long the arrow of a force is, in words."""
+    scale = robot.machine.scale
+    return f"{100 * scale.length:.3g} mm is {2000 * scale.force:.0f} N"
+
+
+def frames(motion: Motion, robot: Robot, start_m: Array | None = None) -> list[list[int]]:
     """A list of whole numbers for each moment. `start_m` (3): where the body began, if that is not
     the first moment.
     """
-    count = len(motion.time_s)
+    count, tens = len(motion.time_s), TEN_N / robot.machine.scale.force
     start = motion.origin_m[0] if start_m is None else start_m
     columns = [
         MM * motion.time_s[:, None],
@@ -62,9 +71,9 @@ def frames(motion: Motion, start_m: Array | None = None) -> list[list[int]]:
         MM * motion.turn[:, :, 0],
         MM * motion.turn[:, :, 2],
         MM * (motion.feet_m - start).reshape(count, -1),
-        TEN_N * motion.foot_force_n.reshape(count, -1),
-        TEN_N * motion.rope_force_n.reshape(count, -1),
-        TEN_N * motion.thrust_n[:, None],
+        tens * motion.foot_force_n.reshape(count, -1),
+        tens * motion.rope_force_n.reshape(count, -1),
+        tens * motion.thrust_n[:, None],
         MM * motion.hole_m[:, None],
     ]
     table = np.nan_to_num(np.concatenate(columns, axis=1))

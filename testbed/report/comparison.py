@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from testbed.estimation.losses import loss_force_n
 from testbed.formats.arrays import Array
 from testbed.formats.tree import flattened
 from testbed.machine.names import LEGS, SIDES
+from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 from testbed.report.console import summary_rows
 from testbed.report.page import render
 from testbed.report.run_parts import way_up
-from testbed.report.series import course, limits
+from testbed.report.series import course, limits, thousands
 from testbed.report.style import (
     BLACK,
     BLUE,
@@ -55,12 +57,17 @@ def page(first: Side, second: Side) -> str:
         "comparison.html.j2",
         {
             "names": [side.name for side in sides],
-            "differences": differences(first.settings, second.settings),
+            "differences": differences(_made(first), _made(second)),
             "rows": rows(first.summary, second.summary),
             "parts": _parts(sides),
             "glossary": words("machine", "estimate", "safety"),
         },
     )
+
+
+def _made(side: Side) -> dict[str, Any]:
+    """The settings that a run is made of; a mutation is for tests alone."""
+    return {name: value for name, value in side.settings.items() if name != "mutation"}
 
 
 def differences(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[tuple[str, str, str]]:
@@ -104,13 +111,14 @@ def _parts(sides: tuple[Side, Side]) -> list[dict[str, str]]:
 def _loads(sides: tuple[Side, Side]) -> Figure:
     """Per leg: the true load of both."""
     figure, axes = new_figure(len(LEGS), 6.5, legend_rows=1)
+    every = [side.run.truth[f"foot_load_{leg}"] for side in sides for leg in LEGS]
+    unit, word = thousands("N", *every)
     for ax, leg in zip(axes, LEGS, strict=True):
         for side, colour in zip(sides, COLOURS, strict=True):
             truth = side.run.truth
-            ax.plot(
-                *course(truth["t"], truth[f"foot_load_{leg}"] / 1e3), color=colour, label=side.name
-            )
-        ax.set(title=f"{leg}, {LEG_NAME[leg]}: truth", ylabel="load [kN]")
+            line = course(truth["t"], truth[f"foot_load_{leg}"] / unit)
+            ax.plot(*line, color=colour, label=side.name)
+        ax.set(title=f"{leg}, {LEG_NAME[leg]}: truth", ylabel=f"load [{word}]")
     return _finished(figure, axes, sides)
 
 
@@ -145,7 +153,8 @@ def _of_the_body(side: Side) -> Iterator[tuple[str, str, Array]]:
     truth, slope_deg = side.run.truth, float(side.summary.get("slope_deg") or 0.0)
     yield "way up the slope", "[mm]", 1e3 * way_up(truth, slope_deg)
     yield "tilt of the drill axis", "[deg]", tilt_deg(truth, slope_deg)
-    yield "stability margin", "[share]", stability_margin(truth)
+    bears_n = loss_force_n(side.summary.get("nominal_load_n") or ROBOCLIMBER_NOMINAL_N)
+    yield "stability margin", "[share]", stability_margin(truth, bears_n)
     ropes = sum((rope_tension_n(truth, rope) for rope in SIDES), np.zeros(len(truth["t"])))
     yield "both ropes", "[kN]", ropes / 1e3
 

@@ -165,8 +165,10 @@ def _motion_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "least work that tips it", _in_thousands(summary["lowest_energy_margin_j"], "J")
     yield "largest tilt", f"{summary['tilt_max_deg']:.2f} deg"
     yield "way up the slope", f"{round(1000 * summary['climbed_m']) + 0:d} mm"
-    ropes = summary["rope_tension_max_n"].items()
-    yield "rope tension, highest", ", ".join(f"{side} {_newton(rope)}" for side, rope in ropes)
+    ropes = summary["rope_tension_max_n"]
+    if any(ropes.values()):
+        pulls = ", ".join(f"{side} {_newton(rope)}" for side, rope in ropes.items())
+        yield "rope tension, highest", pulls
 
 
 def _slip_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -205,6 +207,8 @@ def _task(summary: Mapping[str, Any]) -> str:
     """What became of the task, in words."""
     done = summary["progress"]
     words = [] if done["done"] else ["unfinished"]
+    if "parts_wanted" in done:
+        words.append(f"{done['parts_done']} of {done['parts_wanted']} parts")
     if "steps_wanted" in done:
         words.append(f"{done['steps_made']} of {done['steps_wanted']} steps")
     if "hole_depth_wanted_m" in done:

@@ -124,7 +124,6 @@ def evidence_figure(diagnosis: Diagnosis, rows: list[tuple[str, float]]) -> str:
             )
         panel.set_yticks(range(len(rows)), [name for name, _ in reversed(rows)])
         panel.set_xscale("symlog", linthresh=10.0)
-        panel.xaxis.set_major_formatter(lambda gain, _: f"{gain:g}")
         panel.set_xlabel("gain of held-out log-likelihood over the refit")
         figure.tight_layout()
         text = svg(figure, "evidence")

@@ -65,7 +65,7 @@ def contents(diagnosis: Diagnosis) -> dict[str, Any]:
             for recording in diagnosis.rig.verify
         ],
         "left_out": found["left_out"],
-        "glossary": words("diagnosis", "machine"),
+        "glossary": words("naming", "diagnosis", "machine"),
         "experiments": experiments(_group(diagnosis)),
         "excess": max(diagnosis.found.excess_best.values(), default=1.0),
     }

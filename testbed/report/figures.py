@@ -11,7 +11,7 @@ from testbed.estimation.losses import intervals
 from testbed.formats.arrays import Array, Columns, Flags
 from testbed.formats.records import SET
 from testbed.machine.names import LEGS, SIDES
-from testbed.report.series import course, envelope, limits, spread
+from testbed.report.series import course, envelope, limits, spread, thousands
 from testbed.report.style import (
     BAND,
     BLACK,
@@ -54,24 +54,25 @@ def foot_loads(
     start, end = window or (float(truth["t"][0]), float(truth["t"][-1]))
     seen, true_rows = _slice(data["t"], start, end), _slice(truth["t"], start, end)
     names = methods(data)
+    unit, word = thousands("N", *(truth[f"foot_load_{leg}"][true_rows] for leg in LEGS))
     for ax, leg in zip(axes, LEGS, strict=True):
-        true = truth[f"foot_load_{leg}"][true_rows] / 1e3
+        true = truth[f"foot_load_{leg}"][true_rows] / unit
         ax.fill_between(
             *spread(truth["t"][true_rows], true), color=BAND, lw=0, label="truth's range"
         )
         for method in names:
             colour, dash = method_style(method)
-            line = course(data["t"][seen], data[f"estimate_{method}_{leg}"][seen] / 1e3)
+            line = course(data["t"][seen], data[f"estimate_{method}_{leg}"][seen] / unit)
             ax.plot(*line, color=colour, ls=dash, label=method_name(method))
         if f"expected_{leg}" in data:
-            line = course(data["t"][seen], data[f"expected_{leg}"][seen] / 1e3)
+            line = course(data["t"][seen], data[f"expected_{leg}"][seen] / unit)
             ax.plot(*line, color=GREY, lw=1.4, label="expected")
         ax.plot(*course(truth["t"][true_rows], true), color=BLACK, lw=1.2, label="truth")
         near = [
-            data[f"estimate_{name}_{leg}"][seen] / 1e3 for name in names if name != "one_chamber"
+            data[f"estimate_{name}_{leg}"][seen] / unit for name in names if name != "one_chamber"
         ]
         ax.set_ylim(*limits(true, *near))
-        ax.set(title=f"{leg}, {LEG_NAME[leg]}", ylabel="load [kN]")
+        ax.set(title=f"{leg}, {LEG_NAME[leg]}", ylabel=f"load [{word}]")
     handles, labels = axes[0].get_legend_handles_labels()
     add_legend(figure, handles[::-1], labels[::-1], 3)
     return over_time(figure, axes, (start, end), events)
@@ -178,9 +179,10 @@ def pressures(data: Columns, truth: Columns, events: Events) -> Figure:
     axes[4].plot(*envelope(time_s, data["supply_pressure"] / 1e5), color=GREEN, lw=0.8)
     axes[4].set(title="supply", ylabel="[bar]")
     if pumped:
-        power = truth["pump_power"] / 1e3
+        unit, word = thousands("W", truth["pump_power"])
+        power = truth["pump_power"] / unit
         axes[5].plot(*envelope(truth["t"], power), color=PURPLE, lw=0.8)
-        axes[5].set(title=f"pump: {power.mean():.2g} kW on average", ylabel="[kW]")
+        axes[5].set(title=f"pump: {power.mean():.2g} {word} on average", ylabel=f"[{word}]")
     return over_time(figure, axes, time_s[[0, -1]], events, 2)
 
 
@@ -199,25 +201,37 @@ def ropes_and_drill(
     torque = np.linalg.norm([truth[f"drill_wrench_in_world_t{axis}"] for axis in "xyz"], axis=0)
     drills = bool(np.any(force)) or bool(np.any(torque))
     deep = "hole_depth" in truth and bool(np.any(truth["hole_depth"]))
-    figure, axes = new_figure(1 + 2 * drills + deep, 3.0 + 3.6 * drills + 2.0 * deep)
-    time_s = truth["t"]
-    for side, colour in zip(SIDES, (BLUE, VERMILION), strict=True):
-        read = data.get(f"rope_tension_{side}")
-        if read is not None:
-            axes[0].plot(*envelope(data["t"], read / 1e3), color=colour, lw=0.6, alpha=0.4)
-        axes[0].plot(
-            *course(time_s, rope_tension_n(truth, side) / 1e3), color=colour, lw=1.2, label=side
-        )
-    axes[0].set(title="rope tension, true over read", ylabel="[kN]")
-    axes[0].legend(loc="best", ncols=2)
+    pulls = {side: rope_tension_n(truth, side) for side in SIDES}
+    held = any(map(np.any, pulls.values()))
+    rows = held + 2 * drills + deep
+    figure, axes = new_figure(rows, 1.0 + 2.0 * rows)
+    time_s, left = truth["t"], iter(axes)
+    if held:
+        _pulls(next(left), data, time_s, pulls)
     if drills:
-        axes[1].plot(*envelope(time_s, force / 1e3), color=ORANGE, lw=0.7)
-        axes[1].set(title="drill's reaction, + lifts the body", ylabel="[kN]")
-        axes[2].plot(*envelope(time_s, torque), color=SKY, lw=0.8)
-        axes[2].set(title="drill's moment on the body", ylabel="[N m]")
+        unit, word = thousands("N", force)
+        for values, label, title, colour in (
+            (force / unit, f"[{word}]", "drill's reaction, + lifts the body", ORANGE),
+            (torque, "[N m]", "drill's moment on the body", SKY),
+        ):
+            ax = next(left)
+            ax.plot(*envelope(time_s, values), color=colour, lw=0.7)
+            ax.set(title=title, ylabel=label)
     if deep:
         _hole(axes[-1], time_s, truth["hole_depth"], layers)
     return over_time(figure, axes, time_s[[0, -1]], events)
+
+
+def _pulls(ax: Axes, data: Columns, time_s: Array, pulls: Mapping[str, Array]) -> None:
+    """Both ropes' tension, true over read."""
+    unit, word = thousands("N", *pulls.values())
+    for (side, pull), colour in zip(pulls.items(), (BLUE, VERMILION), strict=True):
+        read = data.get(f"rope_tension_{side}")
+        if read is not None:
+            ax.plot(*envelope(data["t"], read / unit), color=colour, lw=0.6, alpha=0.4)
+        ax.plot(*course(time_s, pull / unit), color=colour, lw=1.2, label=side)
+    ax.set(title="rope tension, true over read", ylabel=f"[{word}]")
+    ax.legend(loc="best", ncols=2)
 
 
 def _hole(ax: Axes, time_s: Array, depth_m: Array, layers: Layers) -> None:
@@ -288,6 +302,7 @@ def _name_events(ax: Axes, events: Events, start: float, end: float) -> None:
             ha=side,
             va="center",
             fontsize=8,
+            backgroundcolor="white",
         )
     left_out = places.count(None)
     ax.set_yticks([])

@@ -8,7 +8,7 @@ import numpy as np
 
 from testbed.formats.arrays import Columns
 from testbed.machine.names import LEGS, SIDES
-from testbed.report.animation import frames, scene
+from testbed.report.animation import arrows, frames, scene
 from testbed.report.ground import heights_around
 from testbed.report.motion import Motion, motion_at
 from testbed.report.page import policy, render, script
@@ -23,6 +23,8 @@ ROWS = (
     ("contact", "in contact"),
 )
 SINGLES = tuple((f"rope_{side}", f"{side} rope [N]") for side in SIDES)
+PUSH_KN = 5.0
+"""What a push begins with, of a machine as heavy as ROBOCLIMBER."""
 NOW = np.array([0], dtype=np.int64)
 
 
@@ -40,7 +42,7 @@ class LivePage:
         motion = motion_at(data, truth, self._scenario.terrain.slope_deg, self._robot, NOW)
         if self._start is None:
             self._start = motion
-        return frames(motion, self._start.origin_m[0])[0]
+        return frames(motion, self._robot, self._start.origin_m[0])[0]
 
     def cells(self, data: Columns, truth: Columns) -> dict[str, str]:
         """Id of a cell of the page -> its text, of one recorded row."""
@@ -60,13 +62,17 @@ class LivePage:
         assert self._start is not None, "a frame comes first"
         terrain, start = self._scenario.terrain, self._start
         ground = heights_around(terrain, start.feet_m[:, :, :2].reshape(-1, 2))
-        still = scene(start, terrain.slope_deg, self._robot, ground) | {"frames": frames(start)}
+        still = scene(start, terrain.slope_deg, self._robot, ground) | {
+            "frames": frames(start, self._robot)
+        }
         contents: dict[str, Any] = {
             "title": f"{self._scenario.name}, seed {self._scenario.seed}",
             "legs": LEGS,
             "rows": ROWS,
             "singles": SINGLES,
             "friction": terrain.friction,
+            "arrows": arrows(self._robot),
+            "push_kn": f"{PUSH_KN * self._robot.machine.scale.force:g}",
             "animation": htmlsafe_json_dumps(still),
             "told": htmlsafe_json_dumps({"key": key}),
             "live_script": script(SCRIPT),

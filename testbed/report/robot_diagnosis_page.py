@@ -17,6 +17,7 @@ from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
 from testbed.report.page import render
 from testbed.report.style import BLUE, GREY, RC, svg
+from testbed.report.words import words
 
 COMPONENTS = ("up the slope, N", "to the left, N", "off the slope, N")
 SHOWN = 8
@@ -51,6 +52,7 @@ def contents(diagnosis: RobotDiagnosis) -> dict[str, Any]:
         "resembles": spoken(diagnosis.resembles) if diagnosis.resembles else "",
         "force": force_figure(diagnosis),
         "places": place_figure(diagnosis),
+        "glossary": words("naming", "machine"),
     }
 
 
@@ -77,7 +79,7 @@ def _rows(diagnosis: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
         unit, factor = units.get(group, of_oil)
         changed = abs(row["after"] - row["refit"]) > 0.02 * row["refit"]
         if group in units or changed:
-            told = {stage: f"{factor * value:.3g}" for stage, value in row.items()}
+            told = {stage: f"{float(f'{factor * value:.3g}'):g}" for stage, value in row.items()}
             out.append((group.replace("_", " "), unit, told))
     return out
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from testbed.estimation.losses import loss_force_n
 from testbed.formats.arrays import Array, Columns
-from testbed.machine.names import AXES, LEGS
+from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.report import figures, motion_figures
 from testbed.report.ground import Heights, heights_around
 from testbed.report.motion import Motion, frame_rows, motion_at, recorded
@@ -23,6 +23,11 @@ from testbed.simulation.residuals import Suspect, best_method, load_residuals
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+NO_FEET = [
+    *(f"rope_force_in_world_{side}_{axis}" for side in SIDES for axis in "xyz"),
+    *(f"drill_wrench_in_world_{axis}" for axis in ("fx", "fz", "tx", "ty", "tz")),
+]
+"""What holds or pushes the machine besides the ground."""
 CLOSE_UP_S = 3.0
 """Shorter runs are close up as they are."""
 
@@ -152,11 +157,14 @@ def _machinery(run: Shown) -> Iterator[Part]:
         "As the transducers read them, through their calibration; what the pump puts in is the truth.",
         lambda: figures.pressures(run.data, run.truth, run.events),
     )
-    yield Part(
-        "Ropes and drill",
-        "What holds the robot and what pushes it.",
-        lambda: figures.ropes_and_drill(run.data, run.truth, run.slope_deg, run.layers, run.events),
-    )
+    if any(np.any(run.truth[name]) for name in NO_FEET):
+        yield Part(
+            "Ropes and drill",
+            "What holds the robot and what pushes it.",
+            lambda: figures.ropes_and_drill(
+                run.data, run.truth, run.slope_deg, run.layers, run.events
+            ),
+        )
 
 
 def _standing(run: Shown) -> Iterator[Part]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from testbed import __version__
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
-from testbed.report.animation import animation
+from testbed.report.animation import animation, arrows
 from testbed.report.console import summary_rows
 from testbed.report.page import render
 from testbed.report.run_parts import Shown, parts, shown
@@ -104,6 +104,7 @@ def _contents(
         "animation": animation(told.motion, told.slope_deg, told.robot, told.ground)
         if told is not None and told.motion is not None
         else None,
+        "arrows": arrows(told.robot) if told is not None else "",
         "legs": LEGS,
         "errors": _errors(summary),
         "glossary": words("machine", "estimate", "safety"),

@@ -6,6 +6,8 @@ import numpy as np
 
 from testbed.formats.arrays import Array
 
+THOUSAND = 1e3
+
 
 def envelope(time_s: Array, values: Array, bins: int = 420) -> tuple[Array, Array]:
     """At most `2 bins` points: the smallest and the largest value of each of `bins` equal
@@ -68,3 +70,9 @@ def busiest(time_s: Array, values: Array, width_s: float = 1.0) -> tuple[float, 
     total = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(values)))])
     start = int(np.argmax(total[rows:] - total[:-rows])) if len(total) > rows else 0
     return float(time_s[start]), float(time_s[min(start + rows, len(time_s) - 1)])
+
+
+def thousands(unit: str, *series: Array) -> tuple[float, str]:
+    """In what to show values of a `unit`, and its name: in thousands from a thousand on."""
+    most = max((float(np.nanmax(np.abs(values))) for values in series if len(values)), default=0.0)
+    return (THOUSAND, f"k{unit}") if most >= THOUSAND else (1.0, unit)

@@ -123,12 +123,25 @@ def svg(figure: Figure, name: str) -> Markup:
     import matplotlib
     from markupsafe import Markup
 
+    number_powers(figure)
     buffer = io.StringIO()
     with matplotlib.rc_context(cast(Any, RC)):
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
     return Markup(_own_ids(text, name))
+
+
+def number_powers(figure: Figure) -> None:
+    """Logarithmic axes carry numbers: the powers that matplotlib writes are formulas, which these
+    figures keep as text.
+    """
+    from matplotlib.ticker import LogFormatter, NullFormatter
+
+    for axis in (one for axes in figure.axes for one in (axes.xaxis, axes.yaxis)):
+        if isinstance(axis.get_major_formatter(), LogFormatter):
+            axis.set_major_formatter(lambda value, _: f"{value:g}")
+            axis.set_minor_formatter(NullFormatter())
 
 
 def _own_ids(text: str, name: str) -> str:

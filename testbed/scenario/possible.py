@@ -17,6 +17,7 @@ from testbed.formats.checked import Numbers
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.machine.overridden import check_effective, check_kind
+from testbed.machine.ringing import MOST_RINGING, fastest_rad_s, least_rate_hz
 from testbed.machine.urdf_check import lacking
 from testbed.scenario.machines import machines_of
 from testbed.scenario.tasks import Chain, Raise
@@ -138,6 +139,7 @@ def check_possible(scenario: Scenario, file: Path) -> None:
         check_kind(number, value, truth, file, "hydraulics.parameters")
     for number, value in believed.items():
         check_kind(number, value, machines.belief, file, "model.parameters")
+    _check_clock(scenario, truth, file)
     _check_has(scenario, truth, file)
     _check_store(scenario, truth, file)
     _check_posture(scenario.robot, truth, file)
@@ -160,6 +162,19 @@ def _check_one_supply(hydraulics: Hydraulics, file: Path) -> None:
             field=f"hydraulics.parameters.{path}",
             value=hydraulics.parameters[path],
             allowed="one of both",
+        )
+
+
+def _check_clock(scenario: Scenario, machine: Machine, file: Path) -> None:
+    """Refuse steps between which oil and seals of a light leg would ring without end."""
+    rate_hz, fastest = scenario.rates.physics_hz, fastest_rad_s(machine)
+    if fastest > MOST_RINGING * rate_hz:
+        raise InputError(
+            f"is too slow: a leg's sliding mass rings on its oil and seal at {fastest:.0f} rad/s",
+            file=file,
+            field="rates.physics_hz",
+            value=rate_hz,
+            allowed=f"at least {least_rate_hz(machine)}",
         )
 
 

@@ -16,13 +16,10 @@ from testbed.machine.folder import BODIES, NUMBERS, drawing_board, machine_folde
 from testbed.machine.frame_groups import RotationLinkage
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import GRAVITY_M_S2, JOINTS, VERTICAL
+from testbed.machine.ringing import least_rate_hz
 from testbed.machine.urdf_check import lacking
 
 HEADS = ["figure", "value", "unit"]
-RINGING = 1.4
-"""Largest angle of a ringing mass in a step (E): leapfrog steps end at 2, and the quarter model's
-seals chattered from step to step at 2.1.
-"""
 
 
 def check_machine(given: str, draw: bool = False) -> dict[str, Any]:
@@ -66,7 +63,7 @@ def _figures(machine: Machine) -> dict[str, tuple[Any, str]]:
         "rotation": (", ".join(_degrees(*ends) for ends in sorted(turns)), "deg"),
         **_linkage_figures(machine),
         "supply": (round(machine.power_unit.supply_pressure_pa / 1e5, 1), "bar"),
-        "least rates.physics_hz": (_least_rate_hz(machine), "Hz"),
+        "least rates.physics_hz": (least_rate_hz(machine), "Hz"),
         "without": (", ".join(sorted(lacking(machine.urdf))) or "nothing", ""),
         "scale of force and length": (f"{machine.scale.force:g}, {machine.scale.length:g}", "1"),
     }
@@ -85,23 +82,6 @@ def _least_push_n(machine: Machine) -> float:
     bores = np.array([axis.cylinder.bore_m for axis in machine.axes.values()])
     pushes = machine.power_unit.supply_pressure_pa * math.pi / 4.0 * bores**2 * arms
     return float(pushes[list(VERTICAL)].min())
-
-
-def _least_rate_hz(machine: Machine) -> int:
-    """Rate of the physics at which no vertical cylinder's oil and seal, half out, ring against its
-    sliding mass faster than engine and hydraulics can take turns: RINGING rad a step.
-    """
-    fastest = 0.0
-    for leg, numbers in machine.each_leg.items():
-        axis = machine.axes[f"{leg}_vertical"]
-        cylinder, half_m = axis.cylinder, 0.5 * axis.travel_m
-        whole = math.pi / 4.0 * cylinder.bore_m**2
-        ring = whole - math.pi / 4.0 * cylinder.rod_m**2
-        columns = whole**2 / (cylinder.dead_volume_a_m3 + whole * half_m)
-        columns += ring**2 / (cylinder.dead_volume_b_m3 + ring * half_m)
-        stiffness = axis.oil.bulk_modulus_pa * columns + axis.seal.bristle_stiffness_n_m
-        fastest = max(fastest, math.sqrt(stiffness / numbers.sliding_mass_kg))
-    return max(1000 * math.ceil(fastest / RINGING / 1000.0), 1000)
 
 
 def _linkage_figures(machine: Machine) -> dict[str, tuple[Any, str]]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.formats.arrays import Array
+from testbed.machine.urdf_check import lacking
 from testbed.world import plant
 
 if TYPE_CHECKING:
@@ -32,14 +33,12 @@ def picture(machine: Assembled, width: int, height: int) -> NDArray[np.uint8]:
             lines.append(
                 engine.view.add_line(start, rope.anchor.copy(), ROPE_RADIUS_M, ROPE_COLOUR)
             )
-    top = origin + b.rotation @ b.drill_point
-    lines.append(
-        engine.view.add_line(
-            top, top - b.rotation[:, 2] * (0.35 + m.drill.loads.depth), 0.038, ROD_COLOUR
-        )
-    )
+    if "drill_mast" not in lacking(m.belief.machine.urdf):
+        top = origin + b.rotation @ b.drill_point
+        foot = top - b.rotation[:, 2] * (0.35 + m.drill.loads.depth)
+        lines.append(engine.view.add_line(top, foot, 0.038, ROD_COLOUR))
     try:
-        slope = m.ground.rotation_slope_to_world
+        slope = m.belief.machine.scale.length * m.ground.rotation_slope_to_world
         target = origin + slope @ np.array([0.15, 0.0, 0.45])
         away = slope @ np.array([-3.0, 5.3, 3.4])
         return engine.view.picture((target + away).tolist(), target.tolist(), width, height)

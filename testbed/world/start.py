@@ -82,9 +82,12 @@ def find_start(
     height = -float(feet[:, 2].mean()) + scenario.robot.height_offset_m
     position = rotation @ np.array([0.0, 0.0, height])
     if scenario.robot.height_offset_m == 0.0:
-        reached = joints.copy()
-        _reach_down(ground, engine, position, rotation, reached)
-        gaps = (reached - joints)[list(VERTICAL)]
+        if ground.flat:
+            gaps = height + feet[:, 2]
+        else:
+            reached = joints.copy()
+            _reach_down(ground, engine, position, rotation, reached)
+            gaps = (reached - joints)[list(VERTICAL)]
         shift = float(gaps.max() + gaps.min()) / 2.0
         position = position - rotation @ np.array([0.0, 0.0, shift])
         joints[list(VERTICAL)] += gaps - shift
@@ -173,8 +176,6 @@ def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array
     A foot goes down by its distance from the ground over the cosine of the ground's tilt, again and
     again. Raises InputError where there is no ground.
     """
-    if ground.flat:
-        return
     down = -rotation[:, 2]
     for _ in range(TRIES):
         engine.reset(position, rotation, q)

@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 def world_summary(simulation: Simulation) -> dict[str, Any]:
     """What only the world knows of the whole run."""
     m = simulation.machine
+    to_its_end = simulation.finished and simulation.verdict == "stood"
     return {
         "foot_slip_m": m.judge.slip_m,
         "rope_slip_m": float(m.board.devices["slipped"].max()),
         "turn_max_deg": math.degrees(m.judge.turn_rad),
         **m.drill.summary(),
         **m.settlement(),
-        "progress": progress(m.gait, m.drill, simulation.t_s),
+        "progress": progress(m.gait, m.drill, simulation.t_s, to_its_end),
         "pump_work_j": float(m.board.supply.pump_work),
         "oil_temperature_degc": float(m.board.supply.temperature),
         "total_mass_kg": float(m.engine.masses().sum()),
@@ -51,8 +52,9 @@ def surveyed(simulation: Simulation) -> dict[str, Any]:
     }
 
 
-def progress(gait: Gait, drill: Drilling, t: float) -> dict[str, Any]:
-    """`done` (True where a task has no end of its own), and how much of what was wanted is made.
+def progress(gait: Gait, drill: Drilling, t: float, to_its_end: bool) -> dict[str, Any]:
+    """`done` (of a task that has no end of its own: whether the run came to its end), and how much
+    of what was wanted is made.
 
     A gait tells by a method `progress(t)`, one of a user's own too: a mapping with `done`.
     """
@@ -60,9 +62,8 @@ def progress(gait: Gait, drill: Drilling, t: float) -> dict[str, Any]:
         gait = gait.gait
     told = getattr(gait, "progress", None)
     parts = [drill.progress(), *([] if told is None else [told(t)])]
-    found: dict[str, Any] = {}
+    ends = [bool(part["done"]) for part in parts if "done" in part] or [to_its_end]
+    found: dict[str, Any] = {"done": True}
     for part in parts:
         found |= part
-    return {"done": all(bool(part.get("done", True)) for part in parts)} | {
-        name: value for name, value in found.items() if name != "done"
-    }
+    return found | {"done": all(ends)}

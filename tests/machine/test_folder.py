@@ -151,3 +151,28 @@ def test_world_and_belief_are_both_the_folders_machine() -> None:
     for machine in (machines.truth, machines.belief):
         assert machine.total_mass_kg == pytest.approx(8000.0, rel=1e-3)
         assert machine.scale.force == 2.0
+
+
+def test_a_number_that_the_urdf_overrules_is_refused(tmp_path: Path) -> None:
+    """A mass of all legs, one leg's own and a stroke: what is changed after the URDF was drawn."""
+    check_machine(str(_folder(tmp_path, HEAD)))
+    for text, said in (
+        ("legs: {foot_mass_kg: {value: 20, unit: kg", r"legs\.foot_mass_kg = 20.*says 15"),
+        (
+            "each_leg: {rl: {hip_y_m: {value: 0.5, unit: m",
+            r"each_leg\.rl\.hip_y_m = 0\.5.*says 0\.4",
+        ),
+        (
+            "vertical_cylinder: {stroke_m: {value: 0.8, unit: m",
+            r"vertical_cylinder\.stroke_m = 0\.8.*says 0\.5",
+        ),
+    ):
+        closing = ", mark: E, source: mine}" + "}" * text.count("{", 0, text.index("value"))
+        (tmp_path / NUMBERS).write_text(f"{HEAD}numbers: {{{text}{closing}\n")
+        with pytest.raises(InputError, match=rf"machine\.yaml: numbers\.{said}"):
+            build_machine(folder=tmp_path)
+
+
+def test_a_clock_that_is_too_slow_for_a_light_leg_is_refused() -> None:
+    with pytest.raises(InputError, match=r"rates\.physics_hz = 1000: is too slow.*at least 2000"):
+        load_scenario("quarter_model_stand", ["rates.physics_hz=1000"])

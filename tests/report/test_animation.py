@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from shipped import MACHINE
 
+from testbed.machine.build import build_machine
+from testbed.machine.folder import machine_folder
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.report.animation import animation
+from testbed.report.animation import animation, arrows
 from testbed.report.ground import heights_around
 from testbed.report.motion import (
     MOST_FRAMES,
@@ -120,3 +122,12 @@ def test_rock_is_drawn_as_it_is_and_a_plane_as_one_height() -> None:
         len(ground["heights"]) == rock.values_m.size and ground["columns"] == rock.values_m.shape[1]
     )
     assert max(ground["heights"]) == 500
+
+
+def test_a_machine_of_another_size_is_drawn_to_its_own_scale_and_without_what_it_lacks() -> None:
+    small = Robot.of(build_machine(folder=machine_folder("quarter_model")))
+    assert small.machine.scale.force == 0.012
+    large, own = (json.loads(animation(moving(100), 30.0, robot)) for robot in (ROBOT, small))
+    assert large["size"] == 1.0 and large["mast"] and arrows(ROBOT) == "100 mm is 2000 N"
+    assert own["size"] == 0.23 and own["mast"] is None and arrows(small) == "23 mm is 24 N"
+    assert own["frames"][0][24] == round(large["frames"][0][24] / 0.012)

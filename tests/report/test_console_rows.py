@@ -57,3 +57,16 @@ def test_a_task_says_what_is_left_of_it() -> None:
     walk = {"done": False, "steps_made": 3, "steps_wanted": 8}
     assert told(task="crawl", progress=walk)["task"] == "crawl: unfinished, 3 of 8 steps"
     assert told(task="stand", progress={"done": True})["task"] == "stand: done"
+    chain = walk | {"parts_done": 1, "parts_wanted": 3}
+    assert told(task="chain", progress=chain)["task"] == (
+        "chain: unfinished, 1 of 3 parts, 3 of 8 steps"
+    )
+
+
+def test_a_machine_without_ropes_is_told_no_tension() -> None:
+    moved = {"lowest_stability_margin": 0.4, "tilt_max_deg": 0.0, "climbed_m": 0.0}
+    name = "rope tension, highest"
+    assert (
+        told(**moved, rope_tension_max_n={"left": 9.0, "right": 0.0})[name] == "left 9 N, right 0 N"
+    )
+    assert name not in told(**moved, rope_tension_max_n={"left": 0.0, "right": 0.0})

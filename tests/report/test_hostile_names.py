@@ -245,3 +245,14 @@ def test_no_code_builds_markup_of_its_own() -> None:
         name = path.relative_to(PACKAGE).as_posix()
         if name not in trusted:
             assert not markup.search(text) and "Markup(" not in text, name
+
+
+def test_a_logarithmic_axis_carries_numbers_and_no_formulas() -> None:
+    with matplotlib.rc_context(RC):
+        figure = Figure()
+        panel = figure.subplots()
+        panel.plot([1.0, 1000.0], [0.0, 100.0])
+        panel.set_xscale("log")
+        panel.set_yscale("symlog", linthresh=1.0)
+    text = str(svg(figure, "powers"))
+    assert ">1000<" in text and ">100<" in text and "$" not in text

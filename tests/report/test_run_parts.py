@@ -10,7 +10,7 @@ from shipped import MACHINE
 from synthetic_run import write_synthetic_run
 
 from testbed.machine.names import LEGS
-from testbed.report.run_parts import Shown, parts, shown
+from testbed.report.run_parts import NO_FEET, Shown, parts, shown
 from testbed.robot.robot import Robot
 from testbed.simulation.runs import read_run
 
@@ -69,3 +69,9 @@ def test_a_short_run_is_close_up_as_it_is(run: Shown) -> None:
 
 def test_a_lost_foot_is_judged_by_the_machines_own_weight(run: Shown) -> None:
     assert run.loss_n == pytest.approx(0.03 * MACHINE.scale.nominal_load_n)
+
+
+def test_ropes_and_drill_are_shown_where_they_pull_or_push(run: Shown) -> None:
+    assert "Ropes and drill" in titles(run)
+    nothing = {name: 0.0 * run.truth[name] for name in NO_FEET}
+    assert "Ropes and drill" not in titles(replace(run, truth={**run.truth, **nothing}))

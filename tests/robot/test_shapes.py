@@ -6,7 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from shipped import MACHINE
 
+from testbed.machine.build import build_machine
+from testbed.machine.folder import machine_folder
+from testbed.robot.urdf.drawing import visuals
 from testbed.robot.urdf.shapes import Vector, bar, box, box_inertia, post
 
 
@@ -50,3 +54,19 @@ def test_a_boxs_inertia_is_the_sum_over_its_points() -> None:
     about = [(mass * (a**2 + b**2)).mean() for a, b in ((y, z), (x, z), (x, y))]
     assert box_inertia(mass, size) == pytest.approx(about, rel=2.0 / n**2)
     assert box_inertia(12.0, (0.0, 0.0, 1.0)) == (1.0, 1.0, 0.0)  # a rod: m l^2 / 12
+
+
+@pytest.mark.parametrize("name", ["quarter_model", "climber_8t"])
+def test_a_machine_is_drawn_as_large_as_it_is(name: str) -> None:
+    """No part of its drawing is larger, beside the machine's own length, than ROBOCLIMBER's."""
+    spans = []
+    for machine in (MACHINE, build_machine(folder=machine_folder(name))):
+        shapes_of = visuals(machine)
+        links = ["body", "power_unit", *(f"fl_{part}" for part in ("radial", "vertical", "foot"))]
+        spans.append(
+            [
+                max(max(shape.size) for shape in shapes_of(link)) / machine.legs.hip_x_m
+                for link in links
+            ]
+        )
+    np.testing.assert_allclose(spans[1], spans[0], rtol=0.1)

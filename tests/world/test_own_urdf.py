@@ -138,6 +138,26 @@ BROKEN = {
     "foot aside": ('<origin xyz="0.5 0 0"', '<origin xyz="0.5 0.02 0"', "link fl_foot.*20 mm"),
     "part extended": ('lower="0" upper="0.4"', 'lower="0.1" upper="0.4"', "fl_radial lower limit"),
     "one traction device": ("traction_left", "winch", "link traction_right: .*without the other"),
+    "a foot in the ground": (
+        '<sphere radius="0.1" />',
+        '<sphere radius="0.15" />',
+        "link fl_foot.*-0.05 m",
+    ),
+    "a foot of nothing": ("collision>", "visual>", "link fl_foot.*none"),
+    "degrees": ('lower="-0.610865238198"', 'lower="-35"', "fl_rotation lower limit = -35.*rad"),
+    "millimetres": ('upper="0.5"', 'upper="500"', "fl_vertical upper limit = 500.*in m "),
+    "no effort": (
+        'upper="0.5" effort="34600"',
+        'upper="0.5"',
+        "fl_vertical: its limit has no effort",
+    ),
+    "damped": ('damping="0"', 'damping="50"', "fl_rotation damping = 50.*no effect"),
+    "a loose link": (
+        'name="drill_mast_mount" type="fixed"',
+        'name="x" type="floating"',
+        "joint x: .*loose",
+    ),
+    "gram millimetres": ('ixx="125.847393333"', 'ixx="9e9"', "link body inertia.*kg m2"),
     "another order": (
         '<parent link="fl_rotation" />',
         '<parent link="body" />',

@@ -11,7 +11,19 @@ from testbed.benchmarks.contact_loss.summary import COMMISSIONED
 from testbed.estimation.detectors.learned import Patient
 from testbed.estimation.detectors.table import BEST, LIVE
 from testbed.report.page import Filters, render
-from testbed.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RC, SKY, VERMILION, svg
+from testbed.report.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RC,
+    SKY,
+    VERMILION,
+    number_powers,
+    svg,
+)
 
 Tree = dict[str, Any]
 LOOKS: dict[str, tuple[str, str]] = {
@@ -88,7 +100,9 @@ def _span(value: list[float] | None, scale: float = 1.0) -> str:
 
 
 def curves(result: Tree) -> Any:
-    """Recall and delay of every detector against its false alarms, as a figure."""
+    """Recall and delay of the detectors that were looked at with many thresholds against their
+    false alarms, as a figure.
+    """
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -98,6 +112,8 @@ def curves(result: Tree) -> Any:
         none_1_h = 0.5 / max(result["hours"], 1e-6)  # where no false alarm at all is drawn
         for entry in result["detectors"]:
             rows = [row for row in entry["curve"] if row[1] is not None]
+            if len(rows) < 2:
+                continue
             colour, dash = LOOKS.get(entry["name"], (GREY, "-"))
             look: Tree = {"color": colour, "linestyle": dash}
             look["linewidth"] = 2.0 if entry["best"] or entry["name"] == "floor" else 1.0
@@ -116,4 +132,5 @@ def curves(result: Tree) -> Any:
         recall.set_ylabel("detected losses [%]")
         figure.subplots_adjust(left=0.07, right=0.99, top=0.78, bottom=0.13, wspace=0.2)
         figure.legend(loc="upper left", ncols=5, bbox_to_anchor=(0.03, 1.0), fontsize=8)
+        number_powers(figure)
         return figure

@@ -5,7 +5,10 @@ anything.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 from testbed.machine.frame_groups import RotationLinkage
 from testbed.machine.model import Axis, Machine
@@ -16,8 +19,33 @@ UPRIGHT_M = 0.94
 """Length of the inner column above the foot's underside, m."""
 
 
-def visuals(parameters: Machine, link: str) -> list[Shape]:
-    """The primitives of a link, in its frame (the URDF's)."""
+DRAWN = re.compile(r"(\w*body|legs|each_leg\.\w+|\w+_linkage|axes\.\w+\.linkage)\.\w+")
+"""Numbers whose lengths the drawing takes; all others in it are ROBOCLIMBER's."""
+
+
+def visuals(machine: Machine) -> Callable[[str], list[Shape]]:
+    """From the name of a link to its primitives, in its frame (the URDF's). A machine of another
+    size is drawn as large as ROBOCLIMBER, then made as large as it is.
+    """
+    size = machine.scale.length
+    large = machine.replaced(
+        {
+            path: _times(quantity.value, 1.0 / size)
+            for path, quantity in machine.leaves()
+            if size != 1.0 and quantity.unit == "m" and DRAWN.fullmatch(path)
+        }
+    )
+    return lambda link: [
+        replace(shape, size=_times(shape.size, size), centre=_times(shape.centre, size))
+        for shape in _drawn(large, link)
+    ]
+
+
+def _times(lengths: Any, factor: float) -> Any:
+    return tuple(factor * m for m in lengths) if isinstance(lengths, tuple) else factor * lengths
+
+
+def _drawn(parameters: Machine, link: str) -> list[Shape]:
     if link.startswith("traction"):
         return _traction(parameters)
     part = link.split("_")[-1] if link[:2] in LEGS else link

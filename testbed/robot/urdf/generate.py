@@ -198,8 +198,9 @@ def urdf_text(parameters: Machine, name: str = "roboclimber", without: Sequence[
             ET.SubElement(robot, "material", name=colour), "color", rgba=_numbers((*rgb, 1.0))
         )
     links, joints = structure(parameters, without)
+    shapes_of = visuals(parameters)
     for link in links:
-        _add_link(robot, link, visuals(parameters, link.name))
+        _add_link(robot, link, shapes_of(link.name))
     for joint in joints:
         _add_joint(robot, joint)
     ET.indent(robot, " ")

@@ -146,7 +146,8 @@ class DrillProgram:
         """See Drilling."""
         if self._task is None:
             return {}
-        return {"done": self._task.repeat or self.phase == "done", "phase": self.phase}
+        done = {} if self._task.repeat else {"done": self.phase == "done"}
+        return done | {"phase": self.phase}
 
 
 def drill_known(drill: Drilling, known: Any) -> Any:
