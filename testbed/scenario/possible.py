@@ -139,8 +139,8 @@ def check_possible(scenario: Scenario, file: Path) -> None:
         check_kind(number, value, truth, file, "hydraulics.parameters")
     for number, value in believed.items():
         check_kind(number, value, machines.belief, file, "model.parameters")
-    _check_clock(scenario, truth, file)
     _check_has(scenario, truth, file)
+    _check_clock(scenario, truth, file)
     _check_store(scenario, truth, file)
     _check_posture(scenario.robot, truth, file)
     _check_raise(scenario, truth, file)
