@@ -166,7 +166,7 @@ def train_detector(
         Path, typer.Argument(help="Folder that `testbed contact-loss --tune` has written.")
     ],
     out: Annotated[Path, typer.Option(help="Weights to write, .npz.")],
-    epochs: Annotated[int, typer.Option(min=1, help="Times through all cases.")] = 15,
+    epochs: Annotated[int, typer.Option(min=1, help="Times through all cases.")] = 5,
 ) -> None:
     """Train the learned detector of contact loss on the tuning scenes alone."""
     from testbed.benchmarks.contact_loss.training import train_on

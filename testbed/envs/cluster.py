@@ -6,65 +6,31 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from stable_baselines3.common.vec_env.base_vec_env import VecEnv
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 
 from testbed.errors import InputError
 from testbed.simulation.workers import cluster_client, single_threaded
 
 
-class Hosted:
-    """One environment on a worker: what a training asks of it, each answer a plain value."""
+class Hosted(DummyVecEnv):  # type: ignore[misc]
+    """One environment on a worker."""
 
     def __init__(self, make: Callable[[], Any]) -> None:
         single_threaded()
-        self._env = make()
+        super().__init__([make])
 
     def spaces(self) -> tuple[Any, Any]:
         """Of observations and of actions."""
-        return self._env.observation_space, self._env.action_space
+        return self.observation_space, self.action_space
 
-    def reset(self, seed: int | None, options: dict[str, Any] | None) -> tuple[Any, dict[str, Any]]:
-        """As the environment's."""
-        observation, info = self._env.reset(seed=seed, **({"options": options} if options else {}))
-        return observation, info
+    def begin(self, seed: int | None, options: dict[str, Any]) -> tuple[Any, Any]:
+        """A new episode's first observation and info."""
+        self._seeds, self._options = [seed], [options]
+        return self.reset()[0], self.reset_infos[0]
 
-    def step(self, action: Any) -> tuple[Any, float, bool, dict[str, Any], dict[str, Any]]:
-        """Observation, reward, whether the episode is over, info, info of a new reset; after an end
-        the observation is the next episode's first one.
-        """
-        observation, reward, lost, over, info = self._env.step(action)
-        info["TimeLimit.truncated"] = over and not lost
-        begun: dict[str, Any] = {}
-        if lost or over:
-            info["terminal_observation"] = observation
-            observation, begun = self._env.reset()
-        return observation, float(reward), bool(lost or over), info, begun
-
-    def get(self, name: str) -> Any:
-        """An attribute, of the outermost wrapper that has it."""
-        return self._env.get_wrapper_attr(name)
-
-    def set(self, name: str, value: Any) -> None:
-        """Give an attribute a value."""
-        self._env.set_wrapper_attr(name, value)
-
-    def call(self, name: str, given: Sequence[Any], named: dict[str, Any]) -> Any:
-        """The answer of a method."""
-        return self._env.get_wrapper_attr(name)(*given, **named)
-
-    def wrapped_in(self, kind: type) -> bool:
-        """Whether one of its wrappers is of a class."""
-        env = self._env
-        while True:
-            if isinstance(env, kind):
-                return True
-            if not hasattr(env, "env"):
-                return False
-            env = env.env
-
-    def close(self) -> None:
-        """Give the engine back."""
-        self._env.close()
+    def go(self, action: Any) -> tuple[Any, ...]:
+        """Observation, reward, whether the episode is over, info, info of the last reset."""
+        return *(of_all[0] for of_all in self.step([action])), self.reset_infos[0]
 
 
 class ClusterEnvs(VecEnv):  # type: ignore[misc]
@@ -90,7 +56,7 @@ class ClusterEnvs(VecEnv):  # type: ignore[misc]
     def reset(self) -> Any:
         """See VecEnv."""
         asked = [
-            host.reset(seed, options)
+            host.begin(seed, options)
             for host, seed, options in zip(self._hosts, self._seeds, self._options, strict=True)
         ]
         told = [future.result() for future in asked]
@@ -102,16 +68,13 @@ class ClusterEnvs(VecEnv):  # type: ignore[misc]
     def step_async(self, actions: Any) -> None:
         """See VecEnv."""
         pairs = zip(self._hosts, actions, strict=True)
-        self._asked = [host.step(action) for host, action in pairs]
+        self._asked = [host.go(action) for host, action in pairs]
 
     def step_wait(self) -> Any:
         """See VecEnv."""
         told = [future.result() for future in self._asked]
         observations, rewards, over, infos, begun = zip(*told, strict=True)
-        self.reset_infos = [
-            new if ended else old
-            for new, old, ended in zip(begun, self.reset_infos, over, strict=True)
-        ]
+        self.reset_infos = list(begun)
         return np.stack(observations), np.array(rewards, np.float32), np.array(over), list(infos)
 
     def close(self) -> None:
@@ -126,20 +89,21 @@ class ClusterEnvs(VecEnv):  # type: ignore[misc]
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """See VecEnv."""
-        return [host.get(attr_name).result() for host in self._chosen(indices)]
+        return [host.get_attr(attr_name).result()[0] for host in self._chosen(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
         """See VecEnv."""
         for host in self._chosen(indices):
-            host.set(attr_name, value).result()
+            host.set_attr(attr_name, value).result()
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
     ) -> list[Any]:
         """See VecEnv."""
         hosts = self._chosen(indices)
-        return [host.call(method_name, method_args, method_kwargs).result() for host in hosts]
+        asked = [host.env_method(method_name, *method_args, **method_kwargs) for host in hosts]
+        return [future.result()[0] for future in asked]
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """See VecEnv."""
-        return [host.wrapped_in(wrapper_class).result() for host in self._chosen(indices)]
+        return [host.env_is_wrapped(wrapper_class).result()[0] for host in self._chosen(indices)]

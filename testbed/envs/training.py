@@ -9,8 +9,7 @@ training holds
 
     training.json            task, seed, settings, options and every session with its workers
     checkpoints/             the library's models; policy_<steps>_steps.zip
-    episodes/                one file a session and worker, as stable_baselines3's results_plotter
-    reads them
+    episodes/                a file a session and worker, for stable_baselines3's results_plotter
     policy.zip, policy.npz   the last policy: the library's, and as plain arrays
 """
 

@@ -1,9 +1,8 @@
 """The state of a tree of Python objects as plain values and arrays, and back into a tree that is
 built alike.
 
-    taken = take(root, constant)            # constant(thing): built anew by whoever rebuilds the
-    tree, not part of it put(taken, another_root, constant)      # the other tree goes on exactly
-    where the first one stood
+    taken = take(root, constant)          # constant(thing): built anew by whoever rebuilds the tree
+    put(taken, another_root, constant)    # goes on exactly where the first one stood
 
 `put` fills the objects that are there and makes those that have come since. Nothing is unpickled: a
 state names classes of modules that are loaded already, and gives their attributes. What two objects

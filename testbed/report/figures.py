@@ -230,8 +230,7 @@ def _pulls(ax: Axes, data: Columns, time_s: Array, pulls: Mapping[str, Array]) -
         if read is not None:
             ax.plot(*envelope(data["t"], read / unit), color=colour, lw=0.6, alpha=0.4)
         ax.plot(*course(time_s, pull / unit), color=colour, lw=1.2, label=side)
-    ax.set_title("rope tension, true over read")
-    ax.set_ylabel(f"[{word}]")
+    ax.set(title="rope tension, true over read", ylabel=f"[{word}]")
     ax.legend(loc="best", ncols=2)
 
 

@@ -6,6 +6,8 @@ import numpy as np
 
 from testbed.formats.arrays import Array
 
+THOUSAND = 1e3
+
 
 def envelope(time_s: Array, values: Array, bins: int = 420) -> tuple[Array, Array]:
     """At most `2 bins` points: the smallest and the largest value of each of `bins` equal
@@ -68,9 +70,6 @@ def busiest(time_s: Array, values: Array, width_s: float = 1.0) -> tuple[float, 
     total = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(values)))])
     start = int(np.argmax(total[rows:] - total[:-rows])) if len(total) > rows else 0
     return float(time_s[start]), float(time_s[min(start + rows, len(time_s) - 1)])
-
-
-THOUSAND = 1e3
 
 
 def thousands(unit: str, *series: Array) -> tuple[float, str]:

@@ -18,7 +18,7 @@ from testbed.estimation.detectors.cusum import Cusum
 from testbed.estimation.detectors.glr import Glr
 from testbed.estimation.detectors.held import Held
 from testbed.estimation.detectors.histories import BREAK_AWAY
-from testbed.estimation.detectors.learned import SMOOTH_S, Learned, shipped_network, views_over
+from testbed.estimation.detectors.learned import Learned, Patient, shipped_network, views_over
 from testbed.estimation.detectors.momentum import Momentum
 from testbed.estimation.detectors.sample import Sample, Watch
 from testbed.estimation.detectors.steady import Steady
@@ -207,7 +207,8 @@ def test_the_momentum_observer_follows_the_force_with_its_time_constant() -> Non
     assert -score[510, 0] == pytest.approx(5000.0 * (1.0 - 100.0 * 1e-3) ** 11)  # e^(-t K) in steps
 
 
-def test_the_learned_score_is_its_network_on_the_views_smoothed() -> None:
+@pytest.mark.parametrize("detector", [Learned, Patient])
+def test_the_learned_score_is_its_network_on_the_views_smoothed(detector: Any) -> None:
     rng = np.random.default_rng(5)
     samples = _samples(2000.0 + rng.normal(0.0, 900.0, 30))
     views, scale = np.empty((30, 4, len(VIEW))), ViewNumbers.one(**Learned.scale)
@@ -216,8 +217,8 @@ def test_the_learned_score_is_its_network_on_the_views_smoothed() -> None:
     odds = np.tanh(np.tanh(views @ w0.T + b0) @ w1.T + b1) @ w2[0] + b2[0]
     expected = [odds[0]]
     for now in odds[1:]:
-        expected.append(expected[-1] + (now - expected[-1]) * 1e-3 / (SMOOTH_S + 1e-3))
-    np.testing.assert_allclose(Learned().scores(samples), expected, rtol=1e-9, atol=1e-9)
+        expected.append(expected[-1] + (now - expected[-1]) * 1e-3 / (detector.smooth_s + 1e-3))
+    np.testing.assert_allclose(detector().scores(samples), expected, rtol=1e-9, atol=1e-9)
 
 
 def test_a_view_begins_with_the_loads_in_units_of_the_loss_force() -> None:
@@ -225,7 +226,7 @@ def test_a_view_begins_with_the_loads_in_units_of_the_loss_force() -> None:
     scale = ViewNumbers.one(**Learned.scale)
     views_over(np.asarray(_samples(np.array([2943.0]))), scale, FootMemory.zeros(4), 1e-3, 1, views)
     assert views[0, 0, :12] == pytest.approx(np.arcsinh(10.0))
-    assert VIEW[0] == "own, mean over 2 ms" and len(VIEW) == 57
+    assert VIEW[0] == "own, mean over 2 ms" and len(VIEW) == 70
 
 
 def test_a_view_knows_side_forces_the_balance_and_a_sensor_that_drifts() -> None:
@@ -272,6 +273,37 @@ def test_a_view_knows_how_long_ago_a_foot_was_low_and_which_feet_are_stirred() -
     assert drilled["share of the last 2 s in which it was below the loss force"] == 0.0
     stirred = "carried, stirred within 50 ms, beside all feet"
     assert drilled[stirred] > 0.5 > 0.0 > still[stirred]
+
+
+def test_a_view_knows_from_the_body_s_motion_which_corner_the_ground_pushes_back() -> None:
+    """The body heaves by 0.1 mm at 20 Hz and rolls a little; three legs push back with 20 MN/m, one
+    hangs.
+    """
+    time, turn = np.arange(2000) * 1e-3, 2.0 * np.pi * 20.0
+    samples = _samples(np.full(len(time), 5000.0))
+    place = 1.0e-4 * np.sin(turn * time)
+    samples["row"]["specific_force"][:, 2] = 9.81 - turn**2 * place
+    samples["row"]["angular_rate"][:, 0] = 0.3e-4 * turn * np.cos(turn * time)
+    samples["derived"]["balance"] -= 20.0e6 * place[:, None]
+    samples["derived"]["balance"][:, 0] = 0.0
+    samples["row"]["estimate_own"]["low"] = 4000.0
+    views, scale = np.empty((1, 4, len(VIEW))), ViewNumbers.one(**Learned.scale)
+    views_over(np.asarray(samples), scale, FootMemory.zeros(4), 1e-3, len(time), views)
+    hung, right, left, _ = (dict(zip(VIEW, foot, strict=True)) for foot in views[0])
+    stiff = "stiffness under the corner"
+    assert right[stiff] > 5.0 * abs(hung[stiff]) and left[stiff] > 5.0 * abs(hung[stiff])
+    corner = "speed of the corner beside all corners"
+    assert left[corner] == pytest.approx(hung[corner]) and left[corner] > 0.1 > -0.1 > right[corner]
+    low = np.sinh(left["own, lower end of its interval"]) * Learned.scale["loss_force"]
+    assert low == pytest.approx(4000.0)
+
+
+def test_a_missing_reading_of_the_inertial_unit_spoils_no_later_view() -> None:
+    samples = _samples(np.full(500, 5000.0))
+    samples["row"]["specific_force"][100, 2] = np.nan
+    views, scale = np.empty((500, 4, len(VIEW))), ViewNumbers.one(**Learned.scale)
+    views_over(np.asarray(samples), scale, FootMemory.zeros(4), 1e-3, 1, views)
+    assert np.isfinite(views).all()
 
 
 def _leak_free() -> np.ndarray:

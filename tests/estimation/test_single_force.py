@@ -11,10 +11,10 @@ import pytest
 from synthetic_walk import Walk
 
 from testbed.errors import InputError
-from testbed.estimation.detectors.scale import breakaway_n, nominal_load_n
+from testbed.estimation.detectors.scale import assumed_breakaway_n, breakaway_n, nominal_load_n
 from testbed.estimation.detectors.single_force import SingleForce
 from testbed.estimation.live.feet import Feet
-from testbed.estimation.losses import ContactScore, LossRule, score_contact
+from testbed.estimation.losses import ContactScore, LossRule, intervals, score_contact
 
 
 def _states(time: np.ndarray, force: np.ndarray, nominal_n: float) -> np.ndarray:
@@ -87,6 +87,41 @@ def test_a_jolt_in_the_air_is_no_lasting_touchdown() -> None:
     force[2015:2030] -= 1.0
     lost = _states(time, force, 20.0) < 0.5
     assert np.all(lost[1010:2000]) and np.all(lost[2100:])
+
+
+@pytest.mark.parametrize("rate_hz", [66.0, 400.0])
+def test_lone_outliers_teach_no_level_and_call_no_loss(rate_hz: float) -> None:
+    walk = Walk(rate_hz=rate_hz, noise=0.03)
+    time, true, reading = walk.draw()
+    hit = np.random.default_rng(3).random(len(time)) < 0.003
+    assert hit.sum() >= 5
+    reading[hit] -= 3.0 * walk.nominal_n
+    carrying = LossRule(walk.nominal_n).carrying(true, time)
+    states = _states(time, reading, walk.nominal_n)
+    found = score_contact(states, carrying, time)
+    assert found.missed == 0 and found.false_alarms <= 1
+    assert np.mean((states > 0.5) != carrying) < 0.02
+
+
+def test_a_zero_that_drifts_by_more_than_half_the_load_is_followed() -> None:
+    for drift in (0.015, -0.015):
+        found = _score(Walk(noise=0.01, drift_per_s=drift, duration_s=50.0))
+        assert found.missed == 0 and found.missed_s < 1.0 and found.false_flight_s < 1.0
+
+
+def test_a_force_that_swings_with_the_foot_in_the_air_is_a_flight_still() -> None:
+    walk = Walk(noise=0.005)
+    time, true, reading = walk.draw()
+    carrying = LossRule(walk.nominal_n).carrying(true, time)
+    own_mass = np.zeros(len(time))
+    for start, end in intervals(~carrying, time):
+        phase = np.linspace(0.0, 2.0 * np.pi, end - start)
+        own_mass[start:end] = 0.08 * walk.nominal_n * np.sin(phase)
+    force = reading + own_mass
+    breakaway = assumed_breakaway_n(force, time, walk.nominal_n)
+    feet = Feet(SingleForce(), np.array([walk.nominal_n]), np.array([breakaway]))
+    found = score_contact(feet.over(time, force[:, None])[0][:, 0], carrying, time)
+    assert found.missed == 0 and found.missed_s < 0.3 and found.false_flight_s < 1.0
 
 
 def test_what_comes_later_changes_nothing_before() -> None:

@@ -55,5 +55,5 @@ def test_without_its_encoder_an_mp4_is_refused_and_the_others_are_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(InputError, match=r"extra video.*\.gif or \.webp"):
+    with pytest.raises(InputError, match=r"extra `video`.*\.gif or \.webp"):
         Video(tmp_path / "run.mp4")

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.contact_loss.page import curves, page
+from testbed.benchmarks.contact_loss.published import published
 from testbed.benchmarks.contact_loss.rivals import grid_of, rivals, scores_of, thresholds_text
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, scenes
 from testbed.benchmarks.contact_loss.score import Reference, scored, squares
@@ -56,7 +57,16 @@ class Recorded(Benchmark[Scene]):
 
     def without(self) -> tuple[str, ...]:
         """What is made of a recording is no part of it."""
-        ours = ("benchmark", "floor", "limit", "rivals", "score", "summary", "training", "warning*")
+        ours: tuple[str, ...] = (
+            "benchmark",
+            "floor",
+            "limit",
+            "published",
+            "rivals",
+            "score",
+            "summary",
+        )
+        ours += ("training", "warning*")
         detectors = Path(inspect.getfile(Detector)).parent.iterdir()
         return (
             *(f"benchmarks/contact_loss/{name}.py" for name in ours),
@@ -171,7 +181,8 @@ class ContactLoss(Benchmark[Scene]):
             seeds = tuple(dict.fromkeys(s.machine_seed for s in chosen if s.kind != "supervised"))
             answers(Commissioned(machines, self.draw, seeds), jobs, machines)
         usable = [folder / name for name, facts in found.items() if facts["simulated_s"] > SETTLE_S]
-        grids = grid_of([read_tape(place) for place in usable[:PILOTS]], self.own)
+        pilots = [read_tape(place) for place in usable[:PILOTS]]
+        grids = grid_of(pilots, self.own, self.tune)
         return replace(self, folder=folder, grids=tuple(grids.items()))
 
     def cases(self) -> Mapping[str, Scene]:
@@ -233,6 +244,10 @@ class ContactLoss(Benchmark[Scene]):
             again = grids if self.tune else self.own
             chosen |= tuned(tuning, {name: grids[name] for name in again})
         return summarise(scoring, self.hours, grids, chosen, rivals(self.own))
+
+    def published(self, result: Tree) -> Tree:
+        """See published.published."""
+        return published(result)
 
     def tables(self, result: Tree) -> Sequence[Table]:
         """All detectors, before and after commissioning."""

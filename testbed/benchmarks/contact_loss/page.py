@@ -100,7 +100,9 @@ def _span(value: list[float] | None, scale: float = 1.0) -> str:
 
 
 def curves(result: Tree) -> Any:
-    """Recall and delay of every detector against its false alarms, as a figure."""
+    """Recall and delay of the detectors that were looked at with many thresholds against their
+    false alarms, as a figure.
+    """
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -110,6 +112,8 @@ def curves(result: Tree) -> Any:
         none_1_h = 0.5 / max(result["hours"], 1e-6)  # where no false alarm at all is drawn
         for entry in result["detectors"]:
             rows = [row for row in entry["curve"] if row[1] is not None]
+            if len(rows) < 2:
+                continue
             colour, dash = LOOKS.get(entry["name"], (GREY, "-"))
             look: Tree = {"color": colour, "linestyle": dash}
             look["linewidth"] = 2.0 if entry["best"] or entry["name"] == "floor" else 1.0

@@ -13,9 +13,10 @@ from testbed.benchmarks.contact_loss import floor, limit
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene
 from testbed.benchmarks.contact_loss.tapes import Tape
 from testbed.estimation.detectors.base import Hold, scores_over, start
+from testbed.estimation.detectors.learned import Patient
 from testbed.estimation.detectors.scale import believed_breakaway_n
 from testbed.estimation.detectors.single_force import SingleForce
-from testbed.estimation.detectors.table import DETECTORS, detector_of
+from testbed.estimation.detectors.table import BEST, DETECTORS, LIVE, detector_of
 from testbed.estimation.live.judged import hold_of
 from testbed.formats.sockets import user_code
 from testbed.machine.build import build_machine
@@ -29,6 +30,9 @@ RARE = 1.0 - np.logspace(-5.0, -0.3, 16)
 """Quantiles of the scores of lost feet, and of feet that carry, at which thresholds are looked
 at.
 """
+
+COMPARED = (LIVE, BEST, Patient.name)
+"""Shipped detectors that are looked at with many thresholds, beside the floor and the limits."""
 
 
 def rivals(own: Sequence[str] = ()) -> dict[str, str]:
@@ -79,9 +83,11 @@ def single_force_scores(tape: Tape) -> Array:
     return SingleForce().over(tape.time_s, own, *scale)
 
 
-def grid_of(tapes: Sequence[Tape], own: Sequence[str]) -> dict[str, tuple[float, ...]]:
+def grid_of(
+    tapes: Sequence[Tape], own: Sequence[str], every: bool = False
+) -> dict[str, tuple[float, ...]]:
     """Thresholds to look at by rival, that of a shipped one first, from how it scores a few
-    scenes.
+    scenes; of those that are not COMPARED none but their own, unless all are to be tuned (`every`).
     """
     shipped = shipped_thresholds()
     grids: dict[str, tuple[float, ...]] = {}
@@ -91,7 +97,7 @@ def grid_of(tapes: Sequence[Tape], own: Sequence[str]) -> dict[str, tuple[float,
             grids[name] = (*first, *FLOOR_THRESHOLDS)
         elif name in limit.TEXTS:
             grids[name] = (*first, *limit.GRID)
-        elif name == SingleForce.name:
+        elif name == SingleForce.name or not (every or name in (*COMPARED, *own)):
             grids[name] = first
         else:
             with user_code():

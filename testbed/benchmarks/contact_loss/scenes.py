@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 Tree = dict[str, Any]
 Split = Literal["tuning", "scoring"]
 Kind = Literal["drill", "crawl", "supervised"]
-FIRST_SEED: dict[str, int] = {"tuning": 0, "scoring": 61000}
+FIRST_SEED: dict[str, int] = {"tuning": 0, "scoring": 87000}
 """Seeds of the two splits never meet; constants, weights and thresholds are set on `tuning`
 alone.
 """

@@ -5,11 +5,12 @@ recorded.
 
 Each scene is seen with the drawing board's belief and, where its machine was commissioned there
 (`--commission`), once more with what that found.
-Every tenth view of every foot is a case; its answer is whether the foot is in contact
+Every fortieth view of every foot is a case; its answer is whether the foot is in contact
 (estimation/losses.py). What is easy or long counts less: cases of well-loaded feet SAFE_WEIGHT, and
 a loss, however short, at least as much as LOSS_WEIGHT_S of its own cases. Noise on the views keeps
 the network from learning scenes by heart. Plain gradient descent with momentum and scale (Adam) on
-the logistic loss, in NumPy; the same scenes, the same weights.
+the logistic loss, in NumPy; the same scenes, the same weights. So are MEMBERS networks trained from
+different beginnings; what they answer together, their mean, is better than any of them.
 """
 
 from __future__ import annotations
@@ -26,7 +27,13 @@ from testbed.benchmarks.contact_loss.benchmark import model_file
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene
 from testbed.benchmarks.contact_loss.tapes import Tape, facts_of, read_tape
 from testbed.errors import InputError
-from testbed.estimation.detectors.learned import NARROW, WIDE, Learned, views_over
+from testbed.estimation.detectors.learned import (
+    MEMBERS,
+    NARROW_OF_ONE,
+    WIDE_OF_ONE,
+    Learned,
+    views_over,
+)
 from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
 from testbed.estimation.losses import intervals
 from testbed.formats.networks import write_network
@@ -34,7 +41,7 @@ from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
 Layers = list[tuple[Array, Array]]
-EVERY = 10
+EVERY = 40
 BATCH, STEP, DECAY = 1024, 3.0e-3, 1.0e-5
 LITTLE = 1.0e-6
 SAFE_SHARE, SAFE_WEIGHT = 0.25, 0.15
@@ -106,7 +113,7 @@ def train(
     counts = (weight / weight.mean()).astype(np.float32)
     middle, spread = views.mean(axis=0), views.std(axis=0) + LITTLE
     scaled = ((views - middle) / spread).astype(np.float32)
-    sizes = (len(VIEW), WIDE, NARROW, 1)
+    sizes = (len(VIEW), WIDE_OF_ONE, NARROW_OF_ONE, 1)
     weights = [rng.normal(0.0, a**-0.5, (b, a)) for a, b in pairwise(sizes)]
     values = [v.astype(np.float32) for w in weights for v in (w, np.zeros(len(w)))]
     means, squares = ([np.zeros_like(v) for v in values] for _ in range(2))
@@ -129,6 +136,21 @@ def train(
     weight, bias = layers[0]
     layers[0] = (weight / spread, bias - weight @ (middle / spread))
     return layers
+
+
+def side_by_side(members: list[Layers]) -> Layers:
+    """Networks of the same sizes as one whose answer is the mean of theirs."""
+    from scipy.linalg import block_diag
+
+    first, second, last = ([member[k] for member in members] for k in range(3))
+    return [
+        (np.concatenate([w for w, _ in first]), np.concatenate([b for _, b in first])),
+        (block_diag(*(w for w, _ in second)), np.concatenate([b for _, b in second])),
+        (
+            np.concatenate([w for w, _ in last], axis=1) / len(members),
+            np.mean([b for _, b in last], axis=0),
+        ),
+    ]
 
 
 def _slopes(values: list[Any], views: Any, lost: Array, counts: Any) -> tuple[float, list[Any]]:
@@ -157,9 +179,12 @@ def train_on(folder: Path, out: Path, epochs: int) -> Iterable[str]:
     made = [cases_of(tape) for place in places for tape in _beliefs(place, folder)]
     views, lost, weight = (np.concatenate(part) for part in zip(*made, strict=True))
     yield f"{len(places)} scenes, {len(made)} tapes, {len(lost)} cases, {lost.mean():.3f} of them lost"
-    told: list[str] = []
-    layers = train(views, lost, weight, epochs, told.append)
-    yield from told
+    members: list[Layers] = []
+    for seed in range(MEMBERS):
+        told: list[str] = []
+        members.append(train(views, lost, weight, epochs, told.append, seed))
+        yield from told
+    layers = side_by_side(members)
     arrays = {f"weight_{k}": w.astype(np.float32) for k, (w, _) in enumerate(layers)}
     arrays |= {f"bias_{k}": b.astype(np.float32) for k, (_, b) in enumerate(layers)}
     note = f"testbed lab train-detector, {len(places)} tuning scenes, {epochs} epochs"

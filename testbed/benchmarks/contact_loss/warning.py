@@ -36,7 +36,7 @@ from testbed.formats.records import SET
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
 WITHIN_S, LEAD_S, CARRIED_S = 2.0, 0.1, 0.5
-CURVE_N = (100, 200, 310, 450, 600, 800, 1200)
+CURVE_N = (100, 200, 280, 450, 600, 800, 1200)
 """Predicted loads to warn at, for the trade-off of precision against time, N."""
 LOADED = CLASSES.index("loaded")
 DEFINITIONS = {

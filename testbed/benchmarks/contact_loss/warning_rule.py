@@ -92,20 +92,20 @@ class WarningState(Record):
 STEP_S = 5.0e-3
 NUMBERS: Mapping[str, float] = MappingProxyType(
     {
-        "smooth": 0.0745,
+        "smooth": 0.105,
         "share": 0.346,
-        "look": 0.1985,
+        "look": 0.2576,
         "look_thrust": 0.392,
-        "warn_at": 310.0,
+        "warn_at": 280.0,
         "usual": 5.77,
         "gone": -93.0,
-        "kappa": 0.47,
+        "kappa": 0.7,
         "step": STEP_S,
-        "least": 2000.0,
+        "least": 1694.0,
     }
 )
-"""On means of five milliseconds of the own estimate; set on two hundred tuning scenes so that of
-the warnings as many as can be are right while seven in ten gradual losses are warned of in time."""
+"""On means of five milliseconds of the own estimate; set on 167 tuning scenes so that of the
+warnings as many as can be are right while seven in ten gradual losses are warned of in time."""
 NUMBERS_ON_TRUTH: Mapping[str, float] = MappingProxyType(
     {**NUMBERS, "smooth": 0.06, "share": 0.25, "warn_at": 350.0, "gone": 20.0, "least": 1600.0}
 )

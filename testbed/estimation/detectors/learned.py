@@ -1,9 +1,9 @@
-"""A small network, trained on the benchmark's tuning scenes alone, on what views.py shows it of a
-foot.
+"""Small networks, trained on the benchmark's tuning scenes alone, on what views.py shows of a foot.
 
     score = w_2 tanh(W_1 tanh(W_0 view + b_0) + b_1) + b_2
 
-the log of the odds that the foot has lost its contact, smoothed over SMOOTH_S. The weights lie in
+the log of the odds that the foot has lost its contact, smoothed over some milliseconds: the mean of
+MEMBERS networks that were trained apart, side by side in one (W_1 is of blocks). The weights lie in
 learned.npz beside this file; `testbed lab train-detector` makes them.
 """
 
@@ -28,10 +28,10 @@ from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
-WIDE, NARROW = 24, 12
-"""Sizes of the two inner layers."""
-SMOOTH_S = 0.0005
-"""Time constant of the score."""
+MEMBERS = 3
+WIDE_OF_ONE, NARROW_OF_ONE = 24, 12
+WIDE, NARROW = MEMBERS * WIDE_OF_ONE, MEMBERS * NARROW_OF_ONE
+"""Sizes of the two inner layers, of one member and of all."""
 WEIGHTS = Path(__file__).with_name("learned.npz")
 
 
@@ -39,6 +39,7 @@ class LearnedNumbers(Record):
     """The weights and the scale."""
 
     scale = part(ViewNumbers, "of the machine")
+    smooth = quantity("s", "time constant of the score")
     weight_0 = quantity("1", "W_0", per=(WIDE, len(VIEW)))
     bias_0 = quantity("1", "b_0", per=WIDE)
     weight_1 = quantity("1", "W_1", per=(NARROW, WIDE))
@@ -57,10 +58,12 @@ def shipped_network() -> Network:
     return found
 
 
-def numbers_of(weights: Network, scale: Mapping[str, float]) -> NDArray[Any]:
-    """`LearnedNumbers` (1,) of a network and a machine's scale (`ViewNumbers`)."""
+def numbers_of(weights: Network, scale: Mapping[str, float], smooth_s: float) -> NDArray[Any]:
+    """`LearnedNumbers` (1,) of a network, a machine's scale (`ViewNumbers`) and the time constant
+    of the score, s.
+    """
     out = LearnedNumbers.zeros()
-    out["scale"] = ViewNumbers.one(**scale)
+    out["scale"], out["smooth"] = ViewNumbers.one(**scale), smooth_s
     for k, (weight, bias) in enumerate(weights.layers):
         last = k == len(weights.layers) - 1
         out[f"weight_{k}"] = weight[0] if last else weight
@@ -70,7 +73,9 @@ def numbers_of(weights: Network, scale: Mapping[str, float]) -> NDArray[Any]:
 
 @njit
 def answer(view: Any, numbers: Any, wide: Any) -> float:
-    """Log odds that a foot with this view is lost; `wide` (WIDE) is scratch."""
+    """Log odds that a foot with this view is lost, mean of the members'; `wide` (WIDE) is
+    scratch.
+    """
     for i in range(WIDE):
         total = numbers.bias_0[i]
         for k in range(view.shape[0]):
@@ -78,8 +83,8 @@ def answer(view: Any, numbers: Any, wide: Any) -> float:
         wide[i] = math.tanh(total)
     odds = numbers.bias_2
     for j in range(NARROW):
-        total = numbers.bias_1[j]
-        for i in range(WIDE):
+        total, first = numbers.bias_1[j], j // NARROW_OF_ONE * WIDE_OF_ONE
+        for i in range(first, first + WIDE_OF_ONE):
             total += numbers.weight_1[j, i] * wide[i]
         odds += numbers.weight_2[j] * math.tanh(total)
     return float(odds)
@@ -89,6 +94,7 @@ def answer(view: Any, numbers: Any, wide: Any) -> float:
 def _judge(samples: Any, numbers: Any, memories: Any, dt: float, scores: Any) -> None:
     """Samples (n,) -> scores (n, 4)."""
     views, wide = np.empty((len(LEGS), len(VIEW))), np.empty(WIDE)
+    share = dt / (numbers[0].smooth + dt)
     for n in range(samples.shape[0]):
         sample = samples[n]
         look(sample.row, sample.derived, numbers[0].scale, memories, dt, views)
@@ -96,7 +102,7 @@ def _judge(samples: Any, numbers: Any, memories: Any, dt: float, scores: Any) ->
             memory, odds = memories[foot], answer(views[foot], numbers[0], wide)
             if memory.judged == 0.0:
                 memory.odds, memory.judged = odds, 1.0
-            memory.odds += dt / (SMOOTH_S + dt) * (odds - memory.odds)
+            memory.odds += share * (odds - memory.odds)
             scores[n, foot] = memory.odds
 
 
@@ -114,24 +120,36 @@ def views_over(samples: Any, scale: Any, memories: Any, dt: float, every: int, o
 
 class Learned:
     """See the module. `scale`: another machine's numbers, by name; 294.3 N are 0.03 of a quarter of
-    4 t (B).
+    4 t, the lengths those of ROBOCLIMBER's stance (B).
     """
 
-    name, text = "learned", "small network on memories of all feet, three levels"
-    threshold = 1.6
-    hold = Hold(margin=1.7, dwell_s=0.15, sure_margin=5.3, sure_s=0.008)
+    name, text = "learned", "small networks on memories of all feet, three levels"
+    smooth_s: ClassVar[float] = 0.005
+    """Time constant of the score."""
+    threshold = 1.7
+    hold = Hold(margin=1.95, dwell_s=0.2, sure_margin=4.8, sure_s=0.008)
 
-    scale: ClassVar[dict[str, float]] = {"loss_force": 294.3}
+    scale: ClassVar[dict[str, float]] = {
+        "loss_force": 294.3,
+        "half_length": 1.25,
+        "half_width": 1.0,
+    }
 
     def __init__(self, weights: Network | None = None, **scale: float) -> None:
         found = shipped_network() if weights is None else weights
-        self._numbers = numbers_of(found, self.scale | scale)
+        self._numbers = numbers_of(found, self.scale | scale, self.smooth_s)
         self._one, self._scores = Sample.zeros(), np.zeros((1, len(LEGS)))
         self.start(1.0e-3)
 
     def scaled(self, force: float) -> Self:
-        """The same for a machine whose forces are so many times as large."""
-        return type(self)(loss_force=force * self.scale["loss_force"])
+        """The same for a machine whose forces are so many times as large, and lengths with their
+        cube root.
+        """
+        length = math.cbrt(force)
+        factors = {"loss_force": force, "half_length": length, "half_width": length}
+        return type(self)(
+            None, **{name: factors[name] * value for name, value in self.scale.items()}
+        )
 
     def start(self, dt_s: float) -> None:
         """Forget everything; `dt_s` lies between two samples."""
@@ -156,6 +174,7 @@ class Patient(Learned):
     far surer, and loaded again later. It finds fewer short losses, and touchdowns later.
     """
 
-    name, text = "patient", "the same network, surer before it speaks"
-    threshold = 3.0
-    hold = Hold(margin=4.8, dwell_s=0.12, sure_margin=7.3, sure_s=0.03)
+    name, text = "patient", "the same networks, surer before they speak"
+    smooth_s = 0.014
+    threshold = 2.6
+    hold = Hold(margin=5.39, dwell_s=0.2, sure_margin=7.07, sure_s=0.02)

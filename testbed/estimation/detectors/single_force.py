@@ -11,8 +11,9 @@ noise that is seen.
               it has risen clearly further, falling back is the same flight still
 
 The flight level (what the force reads in the air: a zero offset, friction) is learnt from every
-flight. How far it may have moved by the next one starts with the break-away force, and is then what
-it moved from flight to flight.
+flight, by the median of three samples: a lone outlier is none. How far it may have moved by the
+next one starts with the break-away force, and is then what it moved from flight to flight, or what
+the force swings by within a flight, as where a sensor carries the foot's own mass.
 
 A sample that is no number, or no later than the one before, changes nothing: the state holds. Gaps
 are bridged in the same way; the smoothing and the dwell go by the time that has passed, not by the
@@ -53,6 +54,9 @@ class FootState(Record):
     step = quantity("s", "usual time between two samples")
     noise = quantity("N", "standard deviation of one sample")
     load = quantity("N", "smoothed force")
+    before = quantity("N", "the same, one sample ago")
+    earlier = quantity("N", "the same, two samples ago")
+    middle = quantity("N", "median of the three: a lone outlier is no level of a flight")
     jump = quantity("N", "last sample's deviation, where noise could not explain it; else 0")
     settled = quantity(
         "1", "1 once the load has been clearly above what is lost since the touchdown"
@@ -60,6 +64,7 @@ class FootState(Record):
     since = quantity("s", "for how long the load has contradicted the state")
     lowest = quantity("N", "level of the flight that is on")
     flying = quantity("s", "for how long it is on")
+    height = quantity("N", "mean of what the force reads above that level in this flight")
     fallen = quantity("s", "for how long the load has been below that of the last touchdown")
     flight = quantity("N", "level of the flights so far")
     spread = quantity("N", "how far that may have moved by the next flight")
@@ -71,7 +76,9 @@ QUIET = 0.5
 LONGEST_SMOOTHING_S = 0.02
 """Longest time constant of the smoothing (E)."""
 JUMP = 5.0
-"""Two deviations in a row beyond so many standard deviations are a step of the force (E)."""
+"""Two deviations in a row beyond so many standard deviations are a step of the force, or there and
+back a lone outlier (E).
+"""
 NOISE_S = 0.5
 """Time constant of the noise's estimate (E)."""
 MEAN_TO_SD = 0.8862
@@ -96,12 +103,16 @@ FIRST_SPREAD, LEAST_SPREAD, MOST_SPREAD = 0.12, 0.02, 0.30
 """How far a flight level may move, shares of the nominal load: before any flight was seen, at
 least, at most (E).
 """
-HIGHEST_BOUND = 0.4
-"""A load above this share of the nominal load is never a loss (E)."""
+HIGHEST_BOUND, MOST_OFFSET = 0.4, 1.0
+"""A load so far above the flight level is never a loss; the level itself is no further from
+nothing, shares of the nominal load (E).
+"""
 MOVED, FORGET = 1.5, 0.5
 """The spread is this multiple of what the level last moved, and shrinks to this share by every
 flight (E).
 """
+SWING = 2.0
+"""... or this multiple of the mean height within the flight: a sine's width (E)."""
 FIRST_TRUST, TRUST = 0.8, 0.5
 """So much of a flight's own level goes into that of the flights so far (E)."""
 SHORTEST_FLIGHT_S = 0.05
@@ -184,6 +195,7 @@ def step(state: Any, t: float, force: float, foot: Any) -> float:
 def begin(state: Any, t: float, force: float, foot: Any) -> None:
     """The first good sample of a foot."""
     state.started, state.time, state.force, state.load = 1.0, t, force, force
+    state.before = state.earlier = state.middle = force
     state.spread = foot.breakaway if foot.breakaway > 0.0 else FIRST_SPREAD * foot.nominal_load
     state.lowest = min(force, state.spread)
     bound = foot.loss_share * foot.nominal_load + spread_of(state, foot)
@@ -194,6 +206,7 @@ def begin(state: Any, t: float, force: float, foot: Any) -> None:
 def follow(state: Any, t: float, force: float, foot: Any) -> None:
     """Noise and smoothed load after another sample."""
     dt = t - state.time
+    state.earlier, state.before = state.before, state.load
     state.step = dt if state.step == 0.0 else min(max(dt, 0.5 * state.step), 2.0 * state.step)
     size = MEAN_TO_SD * abs(force - state.force)
     if state.noise == 0.0:
@@ -202,11 +215,14 @@ def follow(state: Any, t: float, force: float, foot: Any) -> None:
     state.noise += min(state.step / NOISE_S, 0.2) * (seen - state.noise)
     smoothing = smoothing_s(state, foot)
     off = force - state.load
-    if abs(off) > JUMP * state.noise and off * state.jump > 0.0:
-        state.load, state.jump = 0.5 * (force + state.force), 0.0
+    if abs(off) > JUMP * state.noise and state.jump != 0.0:
+        state.load = 0.5 * (force + state.force) if off * state.jump > 0.0 else force
+        state.jump = 0.0
     else:
         state.jump = off if abs(off) > JUMP * state.noise else 0.0
         state.load += off * dt / (smoothing + dt)
+    low, high = min(state.before, state.earlier), max(state.before, state.earlier)
+    state.middle = min(max(state.load, low), high)
 
 
 @njit
@@ -235,7 +251,8 @@ def judge(state: Any, dt: float, foot: Any) -> None:
     """The contact state from the load; a flight that ends teaches its level."""
     nominal, noise = foot.nominal_load, MARGIN_SD * smoothed_noise(state, foot)
     share = foot.loss_share * nominal
-    lost = min(state.flight + share + max(spread_of(state, foot), noise), HIGHEST_BOUND * nominal)
+    margin = max(spread_of(state, foot), noise)
+    lost = state.flight + min(share + margin, HIGHEST_BOUND * nominal)
     rise = max(share, min(foot.breakaway, MOST_SPREAD * nominal)) + noise
     if state.contact > SET:
         if state.load > lost + rise:
@@ -244,9 +261,13 @@ def judge(state: Any, dt: float, foot: Any) -> None:
         state.fallen = state.fallen + dt if fell_back else 0.0
         again = state.lowest + (NEARLY if state.fallen >= FALLEN_S else BACK) * rise
         contradicts = state.load < (lost if state.settled != 0.0 else again)
+        pulls = state.before + state.jump < state.flight - MOST_SPREAD * nominal
+        if state.jump != 0.0 and pulls:  # no foot does: wait whether the next sample says so too
+            contradicts = False
     else:
         state.flying += dt
-        above = state.load - state.lowest
+        above = state.middle - state.lowest
+        state.height += min(dt / state.flying, 1.0) * (max(above, 0.0) - state.height)
         state.lowest += above * dt / ((FALL_S if above < 0.0 else RISE_S) + dt)
         state.lowest = min(state.lowest, lost)
         contradicts = state.load > state.lowest + rise
@@ -255,8 +276,8 @@ def judge(state: Any, dt: float, foot: Any) -> None:
         return
     if state.contact > SET:
         if state.settled != 0.0:  # else it is the flight before that goes on
-            state.lowest = state.load
-        state.flying = 0.0
+            state.lowest = state.middle
+        state.flying = state.height = 0.0
     elif state.flying >= SHORTEST_FLIGHT_S:
         learn(state, foot)
     state.contact, state.since, state.settled = 1.0 - state.contact, 0.0, 0.0
@@ -265,9 +286,9 @@ def judge(state: Any, dt: float, foot: Any) -> None:
 @njit
 def learn(state: Any, foot: Any) -> None:
     """The flight level after a flight, and how far it moves from one to the next."""
-    most = MOST_SPREAD * foot.nominal_load
+    most = MOST_OFFSET * foot.nominal_load
     level = min(max(state.lowest, -most), most)
     moved = MOVED * abs(level - state.flight)
-    state.spread = max(moved, FORGET * state.spread)
+    state.spread = max(moved, SWING * state.height, FORGET * state.spread)
     state.flight += (FIRST_TRUST if state.flights == 0.0 else TRUST) * (level - state.flight)
     state.flights += 1.0

@@ -1,5 +1,5 @@
-"""What the learned detector looks at: 57 numbers a foot, made of this sample and of memories of the
-last ones, 22 of them in histories.py.
+"""What the learned detector looks at: 70 numbers a foot, made of this sample and of memories of the
+last ones, 22 of them in histories.py, 13 in motions.py.
 
 Loads are seen through arsinh(load / loss force): fine around nothing, coarse where a foot is safe,
 alike on machines of any weight. What moves on a short time scale tells a foot in the air from one
@@ -22,6 +22,7 @@ from testbed.estimation.detectors.histories import (
     look_back,
     remember_history,
 )
+from testbed.estimation.detectors.motions import MOTION, Motion, look_around, remember_motion
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import LEGS
 
@@ -51,9 +52,11 @@ VIEW = (
     "own, least of the last 2 s",
     *(f"own less {load}, mean over 10 s" for load in BEHIND),
     *HISTORY,
+    *MOTION,
 )
-PRESENT = len(VIEW) - len(HISTORY)
+PRESENT = len(VIEW) - len(HISTORY) - len(MOTION)
 """So many of them are made here."""
+AROUND = len(VIEW) - len(MOTION)
 MEAN, STIR = VIEW.index("own, mean over 2 ms"), VIEW.index("carried, 10 ms: how far from that mean")
 EXPECTED, CERTAINTY = VIEW.index("expected"), VIEW.index("standard deviation of own")
 EXTREME = VIEW.index("own, most of the last 300 ms")
@@ -93,6 +96,7 @@ class FootMemory(Record):
     least = quantity("N", "the least that it bore of late")
     behind = quantity("N", "running mean of `own` less a load", per=BEHIND)
     history = part(History, "its past")
+    motion = part(Motion, "its corner of the body")
     odds = quantity("1", "the detector's answer so far")
     judged = quantity("1", "1 once there was one")
 
@@ -101,6 +105,8 @@ class ViewNumbers(Record):
     """The scale of a machine."""
 
     loss_force = quantity("N", "load below which a foot has lost its contact")
+    half_length = quantity("m", "from the body's middle ahead to the feet")
+    half_width = quantity("m", "from there aside to the feet")
 
 
 @njit
@@ -109,10 +115,8 @@ def _share(dt: float, time_s: float) -> float:
 
 
 @njit
-def remember(row: Any, derived: Any, foot: int, unit: float, memory: Any, dt: float) -> None:
-    """One sample into the memory of one foot: DataRow, Derived -> FootMemory; `unit`: loss force,
-    N.
-    """
+def remember(row: Any, derived: Any, foot: int, numbers: Any, memory: Any, dt: float) -> None:
+    """One sample into the memory of one foot: DataRow, Derived, ViewNumbers -> FootMemory."""
     loads = (row.estimate.own[foot], derived.carried[foot], derived.balance[foot])
     means = memory.means
     started = memory.started != 0.0
@@ -136,7 +140,8 @@ def remember(row: Any, derived: Any, foot: int, unit: float, memory: Any, dt: fl
         memory.extremes[least] = min(memory.extremes[least], now)
     remember_slowly(row, loads, foot, memory, dt)
     speed = derived.velocity[foot]
-    remember_history(loads[0], loads[1], speed, unit, memory, not started, dt)
+    remember_history(loads[0], loads[1], speed, numbers.loss_force, memory, not started, dt)
+    remember_motion(row, derived, foot, numbers, memory, not started, dt)
     memory.started = 1.0
 
 
@@ -169,7 +174,7 @@ def look(row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: 
     """One sample: DataRow, Derived, FootMemory (4) -> views (4, len(VIEW))."""
     unit = numbers.loss_force
     for foot in range(len(LEGS)):
-        remember(row, derived, foot, unit, memories[foot], dt)
+        remember(row, derived, foot, numbers, memories[foot], dt)
     aside = beyond = 0.0
     for foot in range(len(LEGS)):
         aside += memories[foot].aside
@@ -197,4 +202,5 @@ def look(row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: 
         view[LEAST] = math.asinh(m.least / unit)
         for k in range(len(BEHIND)):
             view[BEHIND_BY + k] = math.asinh(m.behind[k] / unit)
-        look_back(memories, foot, row.estimate_own.sd[foot], unit, view[PRESENT:])
+        look_back(memories, foot, row.estimate_own.sd[foot], unit, view[PRESENT:AROUND])
+        look_around(memories, foot, numbers, view[AROUND:])

@@ -14,6 +14,7 @@ import pytest
 from testbed.benchmarks.contact_loss import floor, limit
 from testbed.benchmarks.contact_loss.benchmark import Commissioned, ContactLoss
 from testbed.benchmarks.contact_loss.page import page
+from testbed.benchmarks.contact_loss.published import published
 from testbed.benchmarks.contact_loss.rivals import rivals, shipped_thresholds
 from testbed.benchmarks.contact_loss.scenes import (
     GROUP,
@@ -313,6 +314,10 @@ def test_a_scene_is_judged_with_both_beliefs_and_each_has_its_marks() -> None:
     assert result["load_error_n"] == {"near": None, "light": None, "loaded": 400.0}
     assert [t.title.endswith(", commissioned") for t in tables(result)] == [False, True]
     assert "Aims, for <i>learned</i>, commissioned" in page(result)
+    short = published(result)
+    assert [d["by_class"]["loaded"]["recall"] for d in short["detectors"]] == [0.0, 0.0]
+    assert short[COMMISSIONED]["detectors"][1]["by_class"]["loaded"]["recall"] == 1.0
+    assert "curve" not in short["warning"] and "curve" in result["warning"]
 
 
 WARNED = dict.fromkeys(("lost", "early", "near", "false", "late", "light", "light_lost"), 0) | {
@@ -336,13 +341,12 @@ def test_a_small_benchmark_writes_all_of_its_json_and_resumes(
     result = json.loads((out / "contact_loss.json").read_text())
     assert result["losses"] >= 1 and len(result["aims"]) >= 6
     wanted = {"name", "best", "recall", "recall_interval95", "false_alarms_per_hour"}
-    wanted |= {"delay_median_s", "delay_p95_s", "delay_floor_s", "curve", "by_class"}
-    assert all(wanted <= set(d) for d in result["detectors"])
+    wanted |= {"delay_median_s", "delay_p95_s", "delay_floor_s", "at_floor_budget", "by_class"}
+    assert all(wanted <= set(d) and "curve" not in d for d in result["detectors"])
+    assert [d["name"] for d in result["detectors"] if "by" in d] == [BEST]
     assert sum(d["best"] for d in result["detectors"]) == 1
     by_name = {d["name"]: d for d in result["detectors"]}
     assert np.isfinite(by_name[own]["threshold"])
-    shipped = by_name["threshold_two_chamber"]["curve"]
-    assert [row for row in by_name[own]["curve"] if row not in shipped] == []
     assert "learned" in (out / "contact_loss.html").read_text()
     kept = list((out / "scenes").glob("tuning-*/truth.parquet"))
     assert len(kept) == len(list((out / "scenes").glob("scoring-*/truth.parquet"))) == 5
