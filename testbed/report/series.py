@@ -72,9 +72,6 @@ def busiest(time_s: Array, values: Array, width_s: float = 1.0) -> tuple[float, 
     return float(time_s[start]), float(time_s[min(start + rows, len(time_s) - 1)])
 
 
-THOUSAND = 1e3
-
-
 def thousands(unit: str, *series: Array) -> tuple[float, str]:
     """In what to show values of a `unit`, and its name: in thousands from a thousand on."""
     most = max((float(np.nanmax(np.abs(values))) for values in series if len(values)), default=0.0)
