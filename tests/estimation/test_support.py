@@ -61,7 +61,7 @@ def lowered(
     loads, in turn, and then rested under all of them; `belly`: its size beside the true one.
     """
     body = bodies()
-    body["belly"] *= belly
+    body["belly_length"] *= belly
     chain, row = EstimatorChain(replace(BELIEF, body=body)), DataRow.zeros()
     row["specific_force"], row["pressure_b"], row["carrying"] = -LEVEL, ROD_SIDE_PA, 1.0
     row["oil_temperature"], row["supply_pressure"], row["position"] = 40.0, 9.0e6, STANCE

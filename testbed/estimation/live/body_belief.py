@@ -165,7 +165,7 @@ def body_of(
     body["linkages"] = linkages.records
     body["foot_height"] = model.foot_positions_m(np.zeros(len(AXES)))[:, 2]
     body["belly_height"] = machine.body.belly_height_m
-    body["belly"] = 0.5 * np.array(machine.body.belly_box_m[:2])
+    body["belly_length"], body["belly_width"] = 0.5 * np.array(machine.body.belly_box_m[:2])
     body["rope_point"] = model.rope_attachments_m
     body["rope_direction"] = rope_directions_in_world
     body["pin_gain"] = 1.0

@@ -26,15 +26,17 @@ TURNS_S = 0.2
 """For so long it must be beyond, or below: longer than a foot takes to touch down (E)."""
 
 
+ALONG, ASIDE, UP, ABOUT_X, ABOUT_Y = (
+    fu.WRENCH.index(name) for name in ("fx", "fy", "fz", "tx", "ty")
+)
+"""Places of the balance's equations."""
+
+
 class Support(Record):
     """What is remembered."""
 
     carries = quantity("1", "1 while something else carries, else 0")
     otherwise = quantity("s", "for how long that has seemed otherwise")
-
-
-ABOUT_X, ABOUT_Y = 3, 4
-"""Rows of a wrench: its moments, behind three forces."""
 
 
 @njit
@@ -45,11 +47,11 @@ def carries(rows: Any, wrench: Any, variance: float, body: Any, state: Any) -> b
     N m; variance: of its force along z, N2; BodyBelief, BodyState.
     """
     fusion, support, least = state.fusion, state.support, SHARE * body.weight
-    lift = -left_over(fusion, rows[2], wrench[2])
+    lift = -left_over(fusion, rows[UP], wrench[UP])
     if support.carries == 0.0 and lift <= least:
         support.otherwise = 0.0
         return False
-    sd = math.sqrt(fu.variance_of(fusion, rows[2], variance))
+    sd = math.sqrt(fu.variance_of(fusion, rows[UP], variance))
     if support.carries == 0.0:
         turns = lift > OPENS * sd and within_belly(fusion, rows, wrench, lift, body)
     else:
@@ -71,11 +73,10 @@ def left_over(fusion: Any, row: Any, missing: float) -> float:
 @njit
 def within_belly(fusion: Any, rows: Any, wrench: Any, lift: float, body: Any) -> bool:
     """Whether a force that closes the balance, `lift` (N) of it along z, acts through the belly."""
-    along, aside = -left_over(fusion, rows[0], wrench[0]), -left_over(fusion, rows[1], wrench[1])
-    about_x, about_y = (
-        -left_over(fusion, rows[ABOUT_X], wrench[ABOUT_X]),
-        -left_over(fusion, rows[ABOUT_Y], wrench[ABOUT_Y]),
-    )
+    along = -left_over(fusion, rows[ALONG], wrench[ALONG])
+    aside = -left_over(fusion, rows[ASIDE], wrench[ASIDE])
+    about_x = -left_over(fusion, rows[ABOUT_X], wrench[ABOUT_X])
+    about_y = -left_over(fusion, rows[ABOUT_Y], wrench[ABOUT_Y])
     height = body.belly_height
     x, y = (height * along - about_y) / lift, (about_x + height * aside) / lift
-    return bool(abs(x) < body.belly[0] and abs(y) < body.belly[1])
+    return bool(abs(x) < body.belly_length and abs(y) < body.belly_width)
