@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from planted import FAULTS, load, planted
+from planted import FAULTS, REFERENCE, load, planted
 
 from testbed.cli import main
 from testbed.errors import InputError
@@ -265,3 +265,30 @@ def test_no_recording_of_the_shared_rigs_is_refused() -> None:
     assert [str(folder) for folder, one in found.items() if not one.usable] == []
     warned = [f for one in found.values() for f in one.findings if f.severity == "warning"]
     assert len(warned) <= 0.03 * len(found)
+
+
+def test_a_load_cell_that_is_frozen_is_found_though_it_repeats_itself_now_and_then(
+    tmp_path: Path,
+) -> None:
+    sample = load(LEG)
+    t, step_n = sample["time"], 2.0
+    noise = 3.0 * np.random.default_rng(0).standard_normal(t.size)
+    sample[REFERENCE] = step_n * np.round((sample[REFERENCE] + noise) / step_n)
+    sample.head[REFERENCE]["resolution"] = step_n
+    sound = check_recording(sample.write(tmp_path / "sound"))
+    assert not [f for f in sound.findings if f.channel == REFERENCE and "frozen" in f.what]
+    rows = slice(t.size // 3, t.size // 2)
+    held = sample[REFERENCE].copy()
+    held[rows] = held[rows][0]
+    sample[REFERENCE] = held
+    found = check_recording(sample.write(tmp_path / "frozen"))
+    (frozen,) = [f for f in found.findings if f.channel == REFERENCE and "frozen" in f.what]
+    assert frozen.from_s == pytest.approx(t[rows][0], abs=0.1)
+    assert frozen.to_s == pytest.approx(t[rows][-1], abs=0.1)
+
+
+def test_a_mass_in_tonnes_weighs_less_than_its_rod(tmp_path: Path) -> None:
+    sample = load(LEG)
+    sample.head["known"]["moving_mass_kg"] *= 1e-3
+    found = check_recording(sample.write(tmp_path / "recording"))
+    assert "known.moving_mass_kg" in [f.channel for f in found.findings if f.severity != "note"]

@@ -36,6 +36,8 @@ FROZEN_S, FROZEN_TIMES = 0.2, 4.0
 """A frozen channel repeats one value for this long, and for so many times what its noise would ever
 do by chance.
 """
+ALONE_TIMES = 10.0
+"""Times that the longest repetition of a force is longer than the next one where it is frozen."""
 REVERSED_M = 2e-3
 """Travel both ways that no constant valve command can have made."""
 JUMP_TIMES = 6.0
@@ -109,6 +111,12 @@ def _frozen_sensor(raw: Raw, name: str, values: Array) -> Iterator[Finding]:
     outside = len(values) - int(length[longest])
     repeats = (np.sum(length - 1) - (length[longest] - 1)) / max(outside, 1)
     coarse = NOISY if name.startswith(("pressure_", "supply")) else 0.1
+    if (
+        repeats > coarse
+        and _alone(length)
+        and _held_while_pressed(raw, values == values[first[longest]])
+    ):
+        coarse = NOISY
     if repeats > coarse:  # a coarse one repeats itself by right
         at_work = np.abs(values) > 0.05 * np.abs(values).max()
         yield from _frozen_then_steps(raw, name, np.where(at_work, values, 0.0))
@@ -131,6 +139,14 @@ def _frozen_sensor(raw: Raw, name: str, values: Array) -> Iterator[Finding]:
             float(raw.time_s[start]),
             float(raw.time_s[stop]),
         )
+
+
+def _alone(length: Array) -> bool:
+    """Whether the longest of the repetitions is one like no other: a coarse force that rests does
+    so again and again.
+    """
+    longest, next_one = np.sort(length)[[-1, -2]]
+    return bool(longest > ALONE_TIMES * next_one)
 
 
 def _at_extreme(values: Array, value: float) -> bool:
