@@ -19,7 +19,8 @@ from testbed.machine.build import build_machine
 from testbed.recording.checker.balance import Forces, leaves_fewer_newtons
 from testbed.recording.checker.check import check_recording
 from testbed.recording.checker.motion import Even
-from testbed.recording.checker.sensors import repetitions, spikes
+from testbed.recording.checker.raw import Raw, read_raw
+from testbed.recording.checker.sensors import check_frozen, repetitions, spikes
 from testbed.recording.known import Known
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.description import recording_meta
@@ -267,24 +268,22 @@ def test_no_recording_of_the_shared_rigs_is_refused() -> None:
     assert len(warned) <= 0.03 * len(found)
 
 
-def test_a_load_cell_that_is_frozen_is_found_though_it_repeats_itself_now_and_then(
-    tmp_path: Path,
-) -> None:
-    sample = load(LEG)
-    t, step_n = sample["time"], 2.0
-    noise = 3.0 * np.random.default_rng(0).standard_normal(t.size)
-    sample[REFERENCE] = step_n * np.round((sample[REFERENCE] + noise) / step_n)
-    sample.head[REFERENCE]["resolution"] = step_n
-    sound = check_recording(sample.write(tmp_path / "sound"))
-    assert not [f for f in sound.findings if f.channel == REFERENCE and "frozen" in f.what]
-    rows = slice(t.size // 3, t.size // 2)
-    held = sample[REFERENCE].copy()
-    held[rows] = held[rows][0]
-    sample[REFERENCE] = held
-    found = check_recording(sample.write(tmp_path / "frozen"))
-    (frozen,) = [f for f in found.findings if f.channel == REFERENCE and "frozen" in f.what]
-    assert frozen.from_s == pytest.approx(t[rows][0], abs=0.1)
-    assert frozen.to_s == pytest.approx(t[rows][-1], abs=0.1)
+def test_a_load_cell_that_is_frozen_is_found_though_it_repeats_itself_now_and_then() -> None:
+    rng, t = np.random.default_rng(0), np.arange(4000) / 1000.0
+    force = 50.0 + 2.0 * np.round(1.5 * rng.standard_normal(t.size))
+    pressure = 1e5 * (2.0 + np.sin(6.0 * t)) + rng.standard_normal(t.size)
+    series = {"pressure_a": pressure, REFERENCE: force}
+    header = read_raw(LEG).header
+    sound = Raw("cell", "cylinder", header, t, series, {}, {})
+    assert 0.1 < np.mean(np.diff(force) == 0.0) < 0.4
+    assert list(check_frozen(sound)) == []
+    rows = slice(1200, 2400)
+    held = force.copy()
+    held[rows] = held[rows.stop] = 50.0  # it wakes up where it fell asleep
+    (found,) = check_frozen(Raw("cell", "cylinder", header, t, {**series, REFERENCE: held}, {}, {}))
+    assert (found.channel, found.what) == (REFERENCE, "is frozen at one value")
+    assert found.from_s == pytest.approx(t[rows.start], abs=5e-3)
+    assert found.to_s == pytest.approx(t[rows.stop], abs=5e-3)
 
 
 def test_a_mass_in_tonnes_weighs_less_than_its_rod(tmp_path: Path) -> None:
@@ -292,3 +291,17 @@ def test_a_mass_in_tonnes_weighs_less_than_its_rod(tmp_path: Path) -> None:
     sample.head["known"]["moving_mass_kg"] *= 1e-3
     found = check_recording(sample.write(tmp_path / "recording"))
     assert "known.moving_mass_kg" in [f.channel for f in found.findings if f.severity != "note"]
+
+
+@pytest.mark.parametrize(("counts", "blamed"), [(1, False), (2, True)])
+def test_a_fast_channel_skips_counts_and_has_its_declared_resolution_all_the_same(
+    counts: int, blamed: bool, tmp_path: Path
+) -> None:
+    sample = load(DRIVE)
+    fine, rng = 1e-5, np.random.default_rng(0)
+    once = np.cumsum(rng.choice([2, 3, 5], size=sample["time"].size // 2))
+    there_and_back = np.concatenate([once, once[::-1]])
+    sample["position"] = counts * fine * np.resize(there_and_back, sample["time"].size)
+    sample.head["channels"]["position"]["resolution"] = fine
+    found = check_recording(sample.write(tmp_path / "recording")).findings
+    assert any("resolution" in finding.what for finding in found) == blamed

@@ -24,12 +24,12 @@ from testbed.recording.checker.flow import check_flow
 from testbed.recording.checker.late import check_late
 from testbed.recording.checker.motion import even
 from testbed.recording.checker.raw import REFERENCE, Raw, read_raw
+from testbed.recording.checker.resolution import check_resolution
 from testbed.recording.checker.sensors import (
     check_clipped,
     check_frozen,
     check_numbers,
     check_ranges,
-    check_resolution,
     check_spikes,
 )
 from testbed.recording.checks import MINIMUM_SAMPLES

@@ -1,5 +1,5 @@
-"""Each channel by itself: values that are no numbers, clipped, frozen, out of all range, of another
-resolution, and single samples far from their neighbours.
+"""Each channel by itself: values that are no numbers, clipped, frozen, out of all range, and
+single samples far from their neighbours.
 """
 
 from __future__ import annotations
@@ -17,9 +17,6 @@ STOOD_S = 0.05
 """A value that stood for longer before it jumped was held."""
 MUCH_CLIPPED, SOME_CLIPPED = 0.5, 0.01
 """Shares of clipped samples that are an error and a warning."""
-SAME_RESOLUTION = 0.6, 1.6
-"""Factors between which a found resolution is the declared one."""
-
 SENSED = ("pressure_", "supply", "actuator", "force", REFERENCE)
 """Channels whose noise shows whether the sensor is alive and within its range."""
 CLIPPED_SHARE, CLIPPED_RUN = 0.002, 6
@@ -290,24 +287,6 @@ def _longest(there: Flags) -> int:
     """The most True values in a row."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(np.int8), [0]])))
     return int((edges[1::2] - edges[::2]).max()) if edges.size else 0
-
-
-def check_resolution(raw: Raw) -> Iterator[Finding]:
-    """A step of the values that is not the declared one."""
-    for name, declared in raw.resolutions.items():
-        levels = np.diff(np.unique(raw.series[name]))
-        levels = levels[levels > 1e-6 * declared]
-        if levels.size < 10:
-            continue
-        found = float(np.quantile(levels, 0.1))
-        if not SAME_RESOLUTION[0] < found / declared < SAME_RESOLUTION[1]:
-            yield Finding(
-                "warning",
-                name,
-                "has another resolution than declared",
-                f"steps of {found:.3g} in the table, {declared:.3g} declared",
-                f"put channels.{name}.resolution right",
-            )
 
 
 def check_ranges(raw: Raw) -> Iterator[Finding]:
