@@ -14,7 +14,7 @@ from testbed.benchmarks.diagnosis.bench_rigs import make_bench
 from testbed.benchmarks.diagnosis.bench_trials import left_out, right, trial
 from testbed.diagnosis.leg.base_models import declared, fit_base
 from testbed.diagnosis.leg.companions import companions
-from testbed.diagnosis.leg.diagnose import diagnose
+from testbed.diagnosis.leg.diagnose import diagnose, nothing_lacking
 from testbed.diagnosis.leg.findings import as_json
 from testbed.diagnosis.leg.fit import _step
 from testbed.diagnosis.leg.problem import Problem
@@ -154,3 +154,22 @@ def _told(kind: str, law: str) -> dict[str, object]:
 def test_a_trial_of_a_drive_is_plain_json() -> None:
     told = trial(SOUND)
     assert (told["kind"], told["verdict"], right(told)) == ("clean", "none", True)
+
+
+class _Judged:
+    """The errors of runs left out that a proof holds, N."""
+
+    def __init__(self, refit: tuple[float, float]) -> None:
+        self.run_errors = {
+            "identify": {"slow": 2.0, "fast": 1.0},
+            "refit": dict(zip(("slow", "fast"), refit, strict=True)),
+        }
+
+
+@pytest.mark.parametrize(
+    ("refit", "left"), [((1.0, 0.9), "refit"), ((0.5, 1.01), "identify"), ((2.5, 1.2), "identify")]
+)
+def test_a_bench_that_lacks_nothing_keeps_the_model_that_predicts_every_run_left_out_better(
+    refit: tuple[float, float], left: str
+) -> None:
+    assert nothing_lacking(_Judged(refit)) == left  # type: ignore[arg-type]

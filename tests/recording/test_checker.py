@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from planted import FAULTS, load, planted
+from planted import FAULTS, REFERENCE, load, planted
 
 from testbed.cli import main
 from testbed.errors import InputError
@@ -19,7 +19,8 @@ from testbed.machine.build import build_machine
 from testbed.recording.checker.balance import Forces, leaves_fewer_newtons
 from testbed.recording.checker.check import check_recording
 from testbed.recording.checker.motion import Even
-from testbed.recording.checker.sensors import repetitions, spikes
+from testbed.recording.checker.raw import Raw, read_raw
+from testbed.recording.checker.sensors import check_frozen, repetitions, spikes
 from testbed.recording.known import Known
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.description import recording_meta
@@ -265,3 +266,42 @@ def test_no_recording_of_the_shared_rigs_is_refused() -> None:
     assert [str(folder) for folder, one in found.items() if not one.usable] == []
     warned = [f for one in found.values() for f in one.findings if f.severity == "warning"]
     assert len(warned) <= 0.03 * len(found)
+
+
+def test_a_load_cell_that_is_frozen_is_found_though_it_repeats_itself_now_and_then() -> None:
+    rng, t = np.random.default_rng(0), np.arange(4000) / 1000.0
+    force = 50.0 + 2.0 * np.round(1.5 * rng.standard_normal(t.size))
+    pressure = 1e5 * (2.0 + np.sin(6.0 * t)) + rng.standard_normal(t.size)
+    series = {"pressure_a": pressure, REFERENCE: force}
+    header = read_raw(LEG).header
+    sound = Raw("cell", "cylinder", header, t, series, {}, {})
+    assert 0.1 < np.mean(np.diff(force) == 0.0) < 0.4
+    assert list(check_frozen(sound)) == []
+    rows = slice(1200, 2400)
+    held = force.copy()
+    held[rows] = held[rows.stop] = 50.0  # it wakes up where it fell asleep
+    (found,) = check_frozen(Raw("cell", "cylinder", header, t, {**series, REFERENCE: held}, {}, {}))
+    assert (found.channel, found.what) == (REFERENCE, "is frozen at one value")
+    assert found.from_s == pytest.approx(t[rows.start], abs=5e-3)
+    assert found.to_s == pytest.approx(t[rows.stop], abs=5e-3)
+
+
+def test_a_mass_in_tonnes_weighs_less_than_its_rod(tmp_path: Path) -> None:
+    sample = load(LEG)
+    sample.head["known"]["moving_mass_kg"] *= 1e-3
+    found = check_recording(sample.write(tmp_path / "recording"))
+    assert "known.moving_mass_kg" in [f.channel for f in found.findings if f.severity != "note"]
+
+
+@pytest.mark.parametrize(("counts", "blamed"), [(1, False), (2, True)])
+def test_a_fast_channel_skips_counts_and_has_its_declared_resolution_all_the_same(
+    counts: int, blamed: bool, tmp_path: Path
+) -> None:
+    sample = load(DRIVE)
+    fine, rng = 1e-5, np.random.default_rng(0)
+    once = np.cumsum(rng.choice([2, 3, 5], size=sample["time"].size // 2))
+    there_and_back = np.concatenate([once, once[::-1]])
+    sample["position"] = counts * fine * np.resize(there_and_back, sample["time"].size)
+    sample.head["channels"]["position"]["resolution"] = fine
+    found = check_recording(sample.write(tmp_path / "recording")).findings
+    assert any("resolution" in finding.what for finding in found) == blamed

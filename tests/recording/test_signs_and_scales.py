@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from testbed.recording.checker.balance import Forces, check_balance, check_reference, suspects
+from testbed.recording.checker.late import check_late
 from testbed.recording.checker.motion import MOVING_M_S, Even
 from testbed.recording.known import Known
 
@@ -130,3 +131,54 @@ def test_a_load_cell_that_moves_alike_by_another_factor_has_another_scale(
 def test_slow_samples_say_nothing_of_frictions_direction() -> None:
     even = Even(RATE_HZ, np.array([0.0, 0.9, -1.1]) * MOVING_M_S, np.zeros(3), {})
     assert even.moving.tolist() == [False, False, True]
+
+
+def test_a_chamber_whose_sensor_says_nothing_is_blamed_and_not_the_other_one() -> None:
+    noise = np.random.default_rng(1).standard_normal(piston().series["pressure_a"].size)
+    (finding,) = check_balance(changed(pressure_a=4e3 + 5e2 * noise), NAMES)
+    assert (finding.severity, finding.channel) == ("error", "pressure_a")
+    assert "next to nothing" in finding.what
+
+
+def test_a_radius_in_place_of_the_bore_is_named_as_such() -> None:
+    known = KNOWN.model_copy(update={"bore_m": 0.5 * 0.08, "rod_m": None})
+    sound = piston()
+    one_chamber = {
+        "pressure_a": sound.series["pressure_a"]
+        - sound.series["pressure_b"] * KNOWN.area_b_m2 / KNOWN.area_a_m2,
+        "reference": sound.series["reference"],
+    }
+    forces = Forces(Even(RATE_HZ, sound.speed_m_s, sound.acceleration_m_s2, one_chamber), known)
+    (finding,) = check_balance(forces, NAMES)
+    assert "known.bore_m" in finding.channel + finding.what
+    assert "radius" in finding.what
+
+
+def test_pressures_of_a_seal_are_not_said_to_be_in_a_unit_that_leaves_no_pressure() -> None:
+    sound = piston()
+    scale = 0.01  # of a pneumatic cylinder
+    series = {
+        "pressure_a": scale * sound.series["pressure_a"],
+        "pressure_b": scale * sound.series["pressure_b"],
+        "reference": 1e-3 * scale * sound.series["reference"],
+    }
+    known = KNOWN.model_copy(update={"moving_mass_kg": 80.0 * scale})
+    forces = Forces(Even(RATE_HZ, sound.speed_m_s, sound.acceleration_m_s2, series), known)
+    (finding,) = check_balance(forces, NAMES)
+    assert finding.channel == "load cell"
+    assert "pressure" not in finding.what
+
+
+@pytest.mark.parametrize(("shift", "words"), [(60, "late"), (-60, "early")])
+def test_a_load_cell_of_another_clock_is_late_or_early(shift: int, words: str) -> None:
+    forces = changed(reference=np.roll(piston().series["reference"], shift))
+    (finding,) = check_late(forces, "load cell")
+    assert (finding.severity, finding.channel) == ("warning", "load cell")
+    assert words in finding.what
+    assert f"{1e3 * abs(shift) / RATE_HZ:.0f} ms" in finding.evidence
+
+
+@pytest.mark.parametrize("shift", [0, 10])
+def test_a_load_cell_in_time_or_late_as_a_sensor_may_be_is_left_alone(shift: int) -> None:
+    forces = changed(reference=np.roll(piston().series["reference"], shift))
+    assert list(check_late(forces, "load cell")) == []

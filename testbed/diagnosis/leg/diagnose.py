@@ -15,6 +15,7 @@ from testbed.diagnosis.leg.generic import correction
 from testbed.diagnosis.leg.prediction import block_covariance
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.proof import Proof, proven
+from testbed.diagnosis.leg.runs import worst_ratio
 from testbed.diagnosis.leg.search import Progress, Search, search
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.unexplained import Unexplained, unexplained
@@ -117,7 +118,7 @@ def _after(
     """(the model that the diagnosis leaves, its effects): with the named effects; or with a generic
     correction, where nothing has a name and that carries over; or of the published form: on a bench
     as identified, for what has no name bends a refit, whose recordings each have their own noise,
-    more than an identification.
+    more than an identification. Where nothing is missing, runs left out decide between the two.
     """
     problem, chosen = state.problem, judged.verdict.chosen
     if judged.verdict.kind == "effect":
@@ -126,7 +127,9 @@ def _after(
         entries = with_amplitudes(problem, entries, chosen.fit.at)
         return chosen.fit.model(problem.base).model_copy(update={"effects": entries}), entries
     if judged.proof is not None and not problem.believed:
-        return _identified(judged.verdict, models["identify"], problem, rig), ()
+        if judged.verdict.kind == "none":
+            return models[nothing_lacking(judged.proof)], ()
+        return bench_correction(problem, rig.identify, models["identify"]) or models["identify"], ()
     generic = correction(problem, state.refit.fit) if judged.verdict.kind == "unnamed" else None
     if generic is None:
         return models["refit"], ()
@@ -134,13 +137,12 @@ def _after(
     return generic.model(problem.base).model_copy(update={"effects": entries}), ()
 
 
-def _identified(verdict: Verdict, model: LegModel, problem: Problem, rig: Rig) -> LegModel:
-    """The identified model of a bench, with a correction where something has no name and that
-    predicts new runs.
+def nothing_lacking(proof: Proof) -> str:
+    """Which model is left of a bench that lacks nothing: `refit` where that predicts every
+    recording left out better, or else `identify`.
     """
-    if verdict.kind == "none":
-        return model
-    return bench_correction(problem, rig.identify, model) or model
+    refit, identified = proof.run_errors["refit"], proof.run_errors["identify"]
+    return "refit" if worst_ratio(refit, identified) < 1.0 else "identify"
 
 
 def believed(rig: Rig, model: LegModel) -> LegModel:

@@ -45,9 +45,15 @@ SCALES = {"bar": 1e5, "kPa": 1e3, "MPa": 1e6, "psi": 6894.76}
 FORCE_SCALES = {"kN": 1e3, "kgf": 9.80665, "lbf": 4.44822}
 DECLARED_SCALES = {
     "moving_mass_kg": {"g": 1e-3, "t": 1e3, "lb": 0.45359},
-    "bore_m": {"cm": 0.01, "mm": 1e-3, "dm": 0.1, "in": 0.0254},
+    "bore_m": {"cm": 0.01, "mm": 1e-3, "dm": 0.1, "in": 0.0254, "half of it, the radius": 2.0},
 }
 """Declared number -> unit in which it may have been written, and what that is in SI."""
+SMALLEST_PA = 1e3
+"""No cylinder works below it."""
+SILENT = 0.01
+"""A chamber whose pressure stays below this share of the other's is not scaled by a gain that is
+off: the sensor says nothing.
+"""
 ZERO = 0.03
 """A constant force up to this share of the forces is a zero, and no sign or scale."""
 FEW, ENOUGH = 200, 4000
@@ -213,13 +219,19 @@ def check_balance(forces: Forces, names: Mapping[str, str]) -> Iterator[Finding]
         ((forces.misfit(suspect.change), suspect) for suspect in suspects(forces, names)),
         key=lambda trial: trial[0],
     )
+    silent = _silent(forces) if as_it_is > GROSS else None
     trials = [
         trial
         for trial in trials
-        if _called_for(trial[1].change, as_it_is, trial[0])
+        if (silent is None or silent in trial[1].change)
+        and _called_for(trial[1].change, as_it_is, trial[0])
+        and _at_work(forces, trial[1].change)
         and leaves_fewer_newtons(forces, trial[1].change)
     ]
-    scales = _other_scales(forces, names, as_it_is)
+    if silent is not None and not trials:
+        yield _says_nothing(names[silent], as_it_is)
+        return
+    scales = [] if silent is not None else _other_scales(forces, names, as_it_is)
     if not trials or (scales and scales[0][0] < FAR_BETTER * trials[0][0]):
         yield from _scaled_or_open(forces, scales, as_it_is)
         return
@@ -251,6 +263,28 @@ def _called_for(change: Change, before: float, after: float) -> bool:
     return turned or (before > GROSS and after < CLOSED)
 
 
+def _at_work(forces: Forces, change: Change) -> bool:
+    """Whether the pressures that a change scales are still those of a cylinder at work."""
+    return all(
+        abs(factor) * _highest_pa(forces, name) >= SMALLEST_PA
+        for name, factor in change.items()
+        if name.startswith("pressure") and abs(factor) < 1.0
+    )
+
+
+def _highest_pa(forces: Forces, name: str) -> float:
+    return float(np.quantile(np.abs(forces.even.series[name]), 0.99))
+
+
+def _silent(forces: Forces) -> str | None:
+    """The chamber whose pressure is next to nothing beside the other's, if there is one."""
+    names = [name for name in ("pressure_a", "pressure_b") if name in forces.even.series]
+    if len(names) < 2:
+        return None
+    low, high = sorted(names, key=lambda name: _highest_pa(forces, name))
+    return low if _highest_pa(forces, low) < SILENT * _highest_pa(forces, high) else None
+
+
 def leaves_fewer_newtons(forces: Forces, change: Change) -> bool:
     """Whether a change mends the balance in N too, and not only as a share of forces that it makes
     large.
@@ -274,6 +308,17 @@ def _other_scales(forces: Forces, names: Mapping[str, str], as_it_is: float) -> 
             if closes and leaves_fewer_newtons(forces, {name: factor}):
                 found.append((left, label, factor))
     return sorted(found)
+
+
+def _says_nothing(label: str, as_it_is: float) -> Finding:
+    return Finding(
+        "error",
+        label,
+        "reads next to nothing beside the other chamber",
+        f"the force balance leaves {100 * as_it_is:.3g} % of the forces, and no unit of this "
+        "channel makes it close",
+        "look at its cable and its calibration",
+    )
 
 
 def _scaled_or_open(forces: Forces, scales: Sequence[Scale], as_it_is: float) -> Iterator[Finding]:

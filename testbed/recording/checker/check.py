@@ -12,18 +12,24 @@ from testbed.machine.names import AXES, LEGS
 from testbed.machine.urdf_check import read_urdf
 from testbed.recording.axis import read_recording
 from testbed.recording.axis_header import Header
-from testbed.recording.checker.balance import Forces, check_balance, check_reference
+from testbed.recording.checker.balance import (
+    SMALLEST_PA,
+    Forces,
+    check_balance,
+    check_reference,
+)
 from testbed.recording.checker.clock import check_clock, rising
 from testbed.recording.checker.finding import Checked, Finding, sorted_findings
 from testbed.recording.checker.flow import check_flow
+from testbed.recording.checker.late import check_late
 from testbed.recording.checker.motion import even
 from testbed.recording.checker.raw import REFERENCE, Raw, read_raw
+from testbed.recording.checker.resolution import check_resolution
 from testbed.recording.checker.sensors import (
     check_clipped,
     check_frozen,
     check_numbers,
     check_ranges,
-    check_resolution,
     check_spikes,
 )
 from testbed.recording.checks import MINIMUM_SAMPLES
@@ -36,10 +42,10 @@ NEAR_NOMINAL = 0.2, 1.5
 """Shares of the nominal supply pressure between which a measured one may lie."""
 LEAST_SUPPLY_SHARE = 1e-3
 """Share of the supply that the highest pressure of a working cylinder reaches."""
-SMALLEST_PA = 1e3
-"""No cylinder works below it."""
 IN_ANOTHER_UNIT = 0.02, 1.5
 """Shares of the supply that make another unit plausible."""
+STEEL_KG_M3, OF_STEEL = 7850.0, 0.1
+"""Density of a rod, and the share of a solid one's weight that no moving mass stays below."""
 LONGEST_STROKE_M, BEYOND_STROKE = 20.0, 1.05
 """No cylinder is longer; and the share of a declared stroke that a position may span."""
 NEAR_LOAD = 0.1, 20.0
@@ -142,6 +148,7 @@ def _axis(raw: Raw, header: Header) -> Iterator[Finding]:
     }
     known = header.known
     yield from _missing(header)
+    yield from _mass(known)
     yield from _pressures(raw, known, "pressure_a", "pressure_b")
     if "position" not in raw.series:
         return
@@ -167,7 +174,8 @@ def _signs(raw: Raw, forces: Forces, names: dict[str, str]) -> Iterator[Finding]
         balance = list(check_balance(forces, names))
     yield from balance
     if not balance and not drive:
-        yield from check_reference(forces, names["reference"])
+        scaled = list(check_reference(forces, names["reference"]))
+        yield from scaled or check_late(forces, names["reference"])
     turned = any("position" in f.channel and "turned" in f.what for f in balance)
     wrong_pressure = any(f.channel.startswith("pressure") for f in balance)
     for finding in check_flow(forces.even, known, names["command"]):
@@ -213,6 +221,21 @@ def _missing(header: Header) -> Iterator[Finding]:
                 "no law uses it",
                 "nothing to do, unless it is a misspelt quantity (testbed recording-schema)",
             )
+
+
+def _mass(known: Known) -> Iterator[Finding]:
+    """A moving mass that its own rod would outweigh by far; 0 is one that is left out."""
+    if not known.moving_mass_kg or not known.rod_m or not known.stroke_m:
+        return
+    rod_kg = 0.25 * np.pi * known.rod_m**2 * known.stroke_m * STEEL_KG_M3
+    if known.moving_mass_kg < OF_STEEL * rod_kg:
+        yield Finding(
+            "warning",
+            "known.moving_mass_kg",
+            "is less than its rod weighs",
+            f"{known.moving_mass_kg:.4g} kg declared, a steel rod alone {rod_kg:.3g} kg",
+            "declare it in kg (t?), or null where nobody knows it",
+        )
 
 
 def _pressures(raw: Raw, known: Known, *names: str) -> Iterator[Finding]:

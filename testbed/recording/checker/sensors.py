@@ -1,5 +1,5 @@
-"""Each channel by itself: values that are no numbers, clipped, frozen, out of all range, of another
-resolution, and single samples far from their neighbours.
+"""Each channel by itself: values that are no numbers, clipped, frozen, out of all range, and
+single samples far from their neighbours.
 """
 
 from __future__ import annotations
@@ -17,9 +17,6 @@ STOOD_S = 0.05
 """A value that stood for longer before it jumped was held."""
 MUCH_CLIPPED, SOME_CLIPPED = 0.5, 0.01
 """Shares of clipped samples that are an error and a warning."""
-SAME_RESOLUTION = 0.6, 1.6
-"""Factors between which a found resolution is the declared one."""
-
 SENSED = ("pressure_", "supply", "actuator", "force", REFERENCE)
 """Channels whose noise shows whether the sensor is alive and within its range."""
 CLIPPED_SHARE, CLIPPED_RUN = 0.002, 6
@@ -36,6 +33,8 @@ FROZEN_S, FROZEN_TIMES = 0.2, 4.0
 """A frozen channel repeats one value for this long, and for so many times what its noise would ever
 do by chance.
 """
+ALONE_TIMES = 10.0
+"""Times that the longest repetition of a force is longer than the next one where it is frozen."""
 REVERSED_M = 2e-3
 """Travel both ways that no constant valve command can have made."""
 JUMP_TIMES = 6.0
@@ -109,6 +108,12 @@ def _frozen_sensor(raw: Raw, name: str, values: Array) -> Iterator[Finding]:
     outside = len(values) - int(length[longest])
     repeats = (np.sum(length - 1) - (length[longest] - 1)) / max(outside, 1)
     coarse = NOISY if name.startswith(("pressure_", "supply")) else 0.1
+    if (
+        repeats > coarse
+        and _alone(length)
+        and _held_while_pressed(raw, values == values[first[longest]])
+    ):
+        coarse = NOISY
     if repeats > coarse:  # a coarse one repeats itself by right
         at_work = np.abs(values) > 0.05 * np.abs(values).max()
         yield from _frozen_then_steps(raw, name, np.where(at_work, values, 0.0))
@@ -131,6 +136,14 @@ def _frozen_sensor(raw: Raw, name: str, values: Array) -> Iterator[Finding]:
             float(raw.time_s[start]),
             float(raw.time_s[stop]),
         )
+
+
+def _alone(length: Array) -> bool:
+    """Whether the longest of the repetitions is one like no other: a coarse force that rests does
+    so again and again.
+    """
+    longest, next_one = np.sort(length)[[-1, -2]]
+    return bool(longest > ALONE_TIMES * next_one)
 
 
 def _at_extreme(values: Array, value: float) -> bool:
@@ -274,24 +287,6 @@ def _longest(there: Flags) -> int:
     """The most True values in a row."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(np.int8), [0]])))
     return int((edges[1::2] - edges[::2]).max()) if edges.size else 0
-
-
-def check_resolution(raw: Raw) -> Iterator[Finding]:
-    """A step of the values that is not the declared one."""
-    for name, declared in raw.resolutions.items():
-        levels = np.diff(np.unique(raw.series[name]))
-        levels = levels[levels > 1e-6 * declared]
-        if levels.size < 10:
-            continue
-        found = float(np.quantile(levels, 0.1))
-        if not SAME_RESOLUTION[0] < found / declared < SAME_RESOLUTION[1]:
-            yield Finding(
-                "warning",
-                name,
-                "has another resolution than declared",
-                f"steps of {found:.3g} in the table, {declared:.3g} declared",
-                f"put channels.{name}.resolution right",
-            )
 
 
 def check_ranges(raw: Raw) -> Iterator[Finding]:
