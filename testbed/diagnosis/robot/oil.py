@@ -171,10 +171,8 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     stroke = robot.linkages.stroke_m[i]
     whole = 0.25 * np.pi * c.bore_m**2
     areas = (whole, whole - 0.25 * np.pi * c.rod_m**2)
-    x, p = (
-        bins.extension_m[:, i],
-        np.column_stack([bins.pressure_a_pa[:, i], bins.pressure_b_pa[:, i]]),
-    )
+    x = bins.extension_m[:, i]
+    p = np.column_stack([bins.pressure_a_pa[:, i], bins.pressure_b_pa[:, i]])
     volume = np.column_stack(
         [c.dead_volume_a_m3 + areas[0] * x, c.dead_volume_b_m3 + areas[1] * (stroke - x)]
     )
@@ -185,41 +183,25 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     swept = bins.speed_m_s[:, i, None] * np.array([areas[0], -areas[1]])
     leaking = np.exp(axis.seal.viscosity_rate_1_k * (bins.oil_degc - oil.declared_at_degc))
     across = (leaking * (p[:, 0] - p[:, 1]))[:, None] * np.array([-1.0, 1.0])
-    valve, leaks = axis.valve, _edge_leaks(axis.valve)
     edge = leaking[:, None, None] * np.stack([bins.supply_pa[:, None] - p, tank - p], axis=2)
-    hoses = [
-        frame.mean(hose_flow_m3_s(samples[0], 1.0, time, frame.period_s)) for time in HOSE_TIMES_S
-    ]
+    edge = _past_holding(axis.valve, edge, supplied, drained)
     compressed = squeezed / oil.bulk_modulus_pa + oil.entrained_air * by_air
-    for k, held in enumerate((valve.holding_a, valve.holding_b)):
-        if held != NO_HOLDING:  # shut, it lets nothing out of its chamber
-            enters = supplied[:, k] + edge[:, k] @ leaks[k] > 0.0
-            edge[:, k] *= (enters | (drained[:, k] < 0.0))[:, None]
-    seeps = np.einsum("nce,ce->nc", edge, leaks)
+    seeps = np.einsum("nce,ce->nc", edge, _edge_leaks(axis.valve))
     missing = supplied + drained + seeps + oil.internal_leakage_m3_s_pa * across
     widened = rise * (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)
     missing = missing - swept - compressed - widened
     by_reading = (over[0] + over[1] - supplied - drained) / READING_STEP_PA
-    stiffer = p.clip(0.0) + READING_STEP_PA
-    dissolves = (free_share(p.clip(0.0)) - free_share(stiffer)) / READING_STEP_PA
-    softness = 1.0 / oil.bulk_modulus_pa + oil.entrained_air * dissolves
-    takes = volume * softness + (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)
     quickens = np.gradient(rise, bins.time_s, axis=0)
     return Oil(
         pressure_pa=p,
         missing=missing,
         from_supply=supplied,
         to_tank=drained,
-        asks=Asks(
-            np.array(
-                [_load(place, axis.valve.deadband + more, samples) for more in _overlaps(axis)]
-            ),
-            np.sum([fed for fed, _ in of_samples(place, 0.0, 0.0)], axis=0),
-        ),
+        asks=_asks(axis, place, samples, of_samples(place, 0.0, 0.0)),
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
         by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
         by_reading=by_reading,
-        by_lateness=takes * quickens - by_reading * rise,
+        by_lateness=_taken_up(axis, volume, p) * quickens - by_reading * rise,
         compressed=np.abs(compressed),
         void=np.clip(1.0 - (p - VOID_PA) / FULL_PA, 0.0, 1.0),
         by_deadband=-(wider[0] + wider[1] - supplied - drained) / STEP,
@@ -231,9 +213,49 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         rounding_m=rounding(bins, i, axis),
         play_m=play(bins, i, axis),
         by_softness=squeezed,
-        by_hose=np.stack([np.column_stack([flow, np.zeros(bins.count)]) for flow in hoses], axis=1),
+        by_hose=_by_hoses(samples[0], frame),
         by_edge_leak=-edge,
     )
+
+
+def _past_holding(valve: Valve, edge: Array, supplied: Array, drained: Array) -> Array:
+    """Leakage drops (n, 2, 2) of the edges, 0 where a shut load-holding valve lets nothing out of
+    its chamber; flows (n, 2).
+    """
+    out, leaks = edge.copy(), _edge_leaks(valve)
+    for k, held in enumerate((valve.holding_a, valve.holding_b)):
+        if held != NO_HOLDING:
+            enters = supplied[:, k] + edge[:, k] @ leaks[k] > 0.0
+            out[:, k] *= (enters | (drained[:, k] < 0.0))[:, None]
+    return out
+
+
+def _taken_up(axis: Axis, volume_m3: Array, pressure_pa: Array) -> Array:
+    """(n, 2) what a chamber and its hose take up by 1 Pa more, m3/Pa."""
+    oil, gauge_pa = axis.oil, pressure_pa.clip(0.0)
+    dissolves = free_share(gauge_pa) - free_share(gauge_pa + READING_STEP_PA)
+    softness = 1.0 / oil.bulk_modulus_pa + oil.entrained_air * dissolves / READING_STEP_PA
+    return np.asarray(
+        volume_m3 * softness + (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)
+    )
+
+
+def _asks(axis: Axis, place: Array, samples: list[Array], flows: list[tuple[Array, Array]]) -> Asks:
+    """What the cylinder asks of the supply with its spool at these places; `flows`: each chamber's,
+    from the supply and to the tank.
+    """
+    overlaps = [axis.valve.deadband + more for more in _overlaps(axis)]
+    loads = np.array([_load(place, overlap, samples) for overlap in overlaps])
+    return Asks(loads, np.sum([fed for fed, _ in flows], axis=0))
+
+
+def _by_hoses(pressure_a_pa: Array, frame: Frame) -> Array:
+    """(n, hoses, 2) flow into hoses at A of 1 m3/Pa each."""
+    flows = [
+        frame.mean(hose_flow_m3_s(pressure_a_pa, 1.0, time, frame.period_s))
+        for time in HOSE_TIMES_S
+    ]
+    return np.stack([np.column_stack([flow, np.zeros_like(flow)]) for flow in flows], axis=1)
 
 
 def _overlaps(axis: Axis) -> tuple[float, float, float]:
