@@ -13,15 +13,13 @@ import pytest
 from testbed.errors import InputError
 from testbed.estimation.detectors import derived
 from testbed.estimation.detectors.base import Hold, scaled, scores_over
-from testbed.estimation.detectors.combined import Combined
+from testbed.estimation.detectors.combined import Combined, Held, Steady
 from testbed.estimation.detectors.cusum import Cusum
 from testbed.estimation.detectors.glr import Glr
-from testbed.estimation.detectors.held import Held
 from testbed.estimation.detectors.histories import BREAK_AWAY
 from testbed.estimation.detectors.learned import Learned, Patient, shipped_network, views_over
 from testbed.estimation.detectors.momentum import Momentum
 from testbed.estimation.detectors.sample import Sample, Watch
-from testbed.estimation.detectors.steady import Steady
 from testbed.estimation.detectors.table import DETECTORS, LIVE, detector_of
 from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
 from testbed.estimation.live.believed import Believed

@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.benchmarks.contact_loss import floor, limit
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene
@@ -18,10 +17,10 @@ from testbed.estimation.detectors.scale import believed_breakaway_n
 from testbed.estimation.detectors.single_force import SingleForce
 from testbed.estimation.detectors.table import BEST, DETECTORS, LIVE, detector_of
 from testbed.estimation.live.judged import hold_of
+from testbed.formats.arrays import Array
 from testbed.formats.sockets import user_code
 from testbed.machine.build import build_machine
 
-Array = NDArray[np.float64]
 FORMAT = "roboclimber-thresholds/2"
 FLOOR_THRESHOLDS = tuple(np.arange(-1.0, 10.0).tolist())
 """Further down its hold would never let go of a foot."""

@@ -31,12 +31,12 @@ from testbed.errors import InputError, SimulationFault
 from testbed.estimation.detectors.sample import Watch
 from testbed.estimation.live.chain import ESTIMATED, belief_of, replay_rows
 from testbed.estimation.losses import LossRule, nominal_load_n
+from testbed.formats.arrays import Array
 from testbed.formats.files import write_json
 from testbed.formats.table import read_columns
 from testbed.machine.names import LEGS
 from testbed.recording.robot import read_robot
 
-Array = NDArray[np.float64]
 Tree = dict[str, Any]
 BLOCK_ROWS = 1000
 FACTS = "facts.json"

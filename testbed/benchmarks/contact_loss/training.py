@@ -36,10 +36,10 @@ from testbed.estimation.detectors.learned import (
 )
 from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
 from testbed.estimation.losses import intervals
+from testbed.formats.arrays import Array
 from testbed.formats.networks import write_network
 from testbed.machine.names import LEGS
 
-Array = NDArray[np.float64]
 Layers = list[tuple[Array, Array]]
 EVERY = 40
 BATCH, STEP, DECAY = 1024, 3.0e-3, 1.0e-5

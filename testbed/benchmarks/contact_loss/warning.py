@@ -31,9 +31,9 @@ from testbed.benchmarks.contact_loss.tapes import Tape
 from testbed.benchmarks.contact_loss.warning_rule import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
 from testbed.benchmarks.statistics import wilson
 from testbed.estimation.losses import intervals
+from testbed.formats.arrays import Array
 from testbed.formats.records import SET
 
-Array = NDArray[np.float64]
 Tree = dict[str, Any]
 WITHIN_S, LEAD_S, CARRIED_S = 2.0, 0.1, 0.5
 CURVE_N = (100, 200, 280, 450, 600, 800, 1200)

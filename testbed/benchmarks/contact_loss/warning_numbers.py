@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.benchmarks.contact_loss.planned_thrust import planned_thrust
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, draw
@@ -27,7 +26,6 @@ from testbed.benchmarks.contact_loss.warning_rule import NUMBERS, NUMBERS_ON_TRU
 from testbed.errors import InputError
 from testbed.formats.records import SET
 
-Array = NDArray[np.float64]
 CHANGES = (0.8, 1.25)
 GONE_CHANGES_N = (-150.0, 150.0)
 """Factors on a number; what the load of a foot that is gone is changed by, as it may be nothing."""

@@ -23,11 +23,10 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit_over
 from testbed.estimation.detectors.sample import Sample
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record
 from testbed.formats.sockets import numbers_of
 from testbed.machine.names import LEGS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -23,11 +23,11 @@ from testbed.errors import InputError
 from testbed.estimation.detectors.base import Hold
 from testbed.estimation.detectors.sample import Sample
 from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers, look
+from testbed.formats.arrays import Array
 from testbed.formats.networks import Network, read_network
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import LEGS
 
-Array = NDArray[np.float64]
 MEMBERS = 3
 WIDE_OF_ONE, NARROW_OF_ONE = 24, 12
 WIDE, NARROW = MEMBERS * WIDE_OF_ONE, MEMBERS * NARROW_OF_ONE

@@ -27,13 +27,11 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.compiled import njit
 from testbed.estimation.losses import LOSS_SHARE
+from testbed.formats.arrays import Array
 from testbed.formats.records import SET, Record, quantity
-
-Array = npt.NDArray[np.float64]
 
 
 class FootNumbers(Record):

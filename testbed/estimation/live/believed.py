@@ -18,8 +18,8 @@ from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.cylinder import stribeck_of
 from testbed.estimation.detectors.base import Hold
+from testbed.estimation.detectors.combined import Held
 from testbed.estimation.detectors.derived import valves_of
-from testbed.estimation.detectors.held import Held
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL

@@ -18,6 +18,7 @@ from testbed.estimation.live.believed import Leg, friction_of
 from testbed.estimation.live.body_records import BodyBelief
 from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty, constants
+from testbed.formats.arrays import Array
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
 from testbed.machine.scale import Scale
@@ -25,7 +26,6 @@ from testbed.recording.leg_model import EffectEntry
 from testbed.robot.linkage import Linkages
 from testbed.robot.model import RobotModel
 
-Array = NDArray[np.float64]
 EVEN = 1.0 / math.sqrt(3.0)
 """One standard deviation of what is anywhere in a set, as a share of the set's half width."""
 

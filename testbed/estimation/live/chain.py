@@ -24,17 +24,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
-from testbed.estimation.detectors.combined import CombinedNumbers
-from testbed.estimation.detectors.held import Held
+from testbed.estimation.detectors.combined import CombinedNumbers, Held
 from testbed.estimation.filters import persistent
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain_step import ChainBelief, ChainState, replay_chain
 from testbed.estimation.live.contact import limits_at
+from testbed.formats.arrays import Array
 from testbed.formats.records import from_columns
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow
 
-Array = NDArray[np.float64]
 OIL_DEGC = 20.0
 """The oil's temperature where it is not recorded."""
 NEEDED = (

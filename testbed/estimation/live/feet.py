@@ -16,7 +16,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import Detector
@@ -24,10 +23,9 @@ from testbed.estimation.detectors.single_force import ForceSample, SingleForce
 from testbed.estimation.live.contact import ContactState, step
 from testbed.estimation.live.judged import limits_of
 from testbed.estimation.losses import LOSS_SHARE
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.sockets import FORM, is_user_class, load_object
 
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 KNOWN_S = 0.1
 """A state rests on nothing any more when its foot had no good sample for so long, s (E)."""
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import DROP, Hold, scaled, scores_over, start
-from testbed.estimation.detectors.held import Held
+from testbed.estimation.detectors.combined import Held
 from testbed.estimation.detectors.sample import Watch
 from testbed.estimation.detectors.table import detector_of
 from testbed.estimation.live.contact import ContactState, limits_at, step

@@ -25,10 +25,10 @@ from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import ESTIMATED, EstimatorChain
 from testbed.estimation.live.feet import KNOWN_S
 from testbed.estimation.live.judged import Judge
+from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow
 
-Array = NDArray[np.float64]
 LONGEST_GAP_S = 0.5
 """After a longer gap nothing of what was remembered is true any more, s (E)."""
 COLUMNS = DataRow.column_names()
