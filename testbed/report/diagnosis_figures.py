@@ -12,7 +12,7 @@ import numpy.typing as npt
 from testbed.diagnosis.leg.findings import Diagnosis
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.verification import flow_residual, force_residual, moving
-from testbed.estimation.leg.signals import signals_of
+from testbed.estimation.leg.motion import signals_of
 from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording
 from testbed.report.style import BLUE, GREY, RC, VERMILION, svg

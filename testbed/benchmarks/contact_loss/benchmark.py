@@ -34,7 +34,7 @@ from testbed.workflows.commission import commission, recorded
 Tree = dict[str, Any]
 PILOTS = 8
 """Scenes that thresholds to look at are taken from."""
-IN_THE_LOOP = ("base.py", "combined.py", "derived.py", "held.py", "sample.py", "table.py")
+IN_THE_LOOP = ("base.py", "combined.py", "sample.py", "table.py")
 """Of the detectors' files those that have a say in what a machine does while it is recorded."""
 
 

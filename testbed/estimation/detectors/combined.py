@@ -2,7 +2,7 @@
 milliseconds.
 
 They differ in the friction of a piston that hardly moves: none (`balance`, the middle of the set),
-`own` (memory that drifts to the middle), `carried` (followed through the oil, signals.py). Each is
+`own` (memory that drifts to the middle), `carried` (followed through the oil, sample.py). Each is
 wrong by up to the break-away force,
 seldom all the same way: at equal recall the mean calls half as many loaded feet lost as the best of
 them. The score is how far it lies below zero, N.
@@ -88,7 +88,7 @@ class Combined(CompiledDetector, step=step):
     }
 
 
-# The combined detector (combined.py) over as long as a loss must last.
+# The combined detector over as long as a loss must last.
 #
 # A foot that bears next to nothing crosses the force of a loss with every blow; means over 20 ms
 # follow the word of the definition (estimation/losses.py), which waits for as long.
@@ -111,8 +111,8 @@ class Steady(CompiledDetector, step=step):
 # second, which is further up by what friction hides, for longer than a few blows; or above the
 # third, where no friction could lift an unloaded foot, for as long as a touchdown lasts.
 #
-# The loads are `own` and `carried` (derived.py), which take the friction of a resting piston in
-# different ways, with what a drifting sensor adds to the second one given back (combined.py). The
+# The loads are `own` and `carried` (sample.py), which take the friction of a resting piston in
+# different ways, with what a drifting sensor adds to the second one given back. The
 # piston alone, without any friction (`balance`), adds nothing to the two once the word is held.
 
 

@@ -82,7 +82,7 @@ class Own(Threshold):
 
 
 class Carried:
-    """The load with the friction that the oil tells (derived.py)."""
+    """The load with the friction that the oil tells (sample.py)."""
 
     name, text = "threshold_carried", "threshold on the load with sliding seals"
     threshold = -50.0

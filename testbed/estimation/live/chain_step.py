@@ -24,7 +24,7 @@ from testbed.estimation.cylinder import (
     true_pressure,
 )
 from testbed.estimation.detectors.combined import CombinedNumbers, CombinedState, step_on
-from testbed.estimation.detectors.derived import (
+from testbed.estimation.detectors.sample import (
     Derived,
     OilState,
     Valve,
