@@ -23,7 +23,7 @@ from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import belief_of
 from testbed.estimation.live.contact import ContactState, step
-from testbed.estimation.live.judged import limits_of
+from testbed.estimation.live.selected import limits_of
 from testbed.machine.build import build_machine
 from testbed.recording.rows import METHODS, DataRow
 

@@ -16,7 +16,7 @@ from testbed.estimation.detectors.learned import Patient
 from testbed.estimation.detectors.scale import believed_breakaway_n
 from testbed.estimation.detectors.single_force import SingleForce
 from testbed.estimation.detectors.table import BEST, DETECTORS, LIVE, detector_of
-from testbed.estimation.live.judged import hold_of
+from testbed.estimation.live.selected import hold_of
 from testbed.formats.arrays import Array
 from testbed.formats.sockets import user_code
 from testbed.machine.build import build_machine

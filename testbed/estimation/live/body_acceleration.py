@@ -29,7 +29,7 @@ CARRIES_S = 0.03
 """Time constant of the load by which a foot carries (E)."""
 
 
-class Shaken(Record):
+class AccelerationMemory(Record):
     """What is remembered."""
 
     mean = quantity("N", "of what the acceleration shows beyond the loads")
@@ -38,11 +38,11 @@ class Shaken(Record):
 
 
 @njit
-def shake(specific_force: float, loads: Any, body: Any, state: Any) -> None:
+def add_fast_changes(specific_force: float, loads: Any, body: Any, state: Any) -> None:
     """One step: add to the loads (4), N, what the body's acceleration shows of their fast changes.
 
-    specific_force: of the body along z, m/s2; BodyBelief, Shaken. A missing sample adds nothing and
-    teaches nothing.
+    specific_force: of the body along z, m/s2; body: BodyBelief; state:
+    AccelerationMemory. A missing sample adds nothing and teaches nothing.
     """
     dt, beyond, feet = body.decisions.dt, body.body_mass * specific_force, 0.0
     for k in range(4):
@@ -54,14 +54,14 @@ def shake(specific_force: float, loads: Any, body: Any, state: Any) -> None:
     state.mean += (1.0 if first else dt / (MEMORY_S + dt)) * (beyond - state.mean)
     for k in range(4):
         state.load[k] += (1.0 if first else dt / (CARRIES_S + dt)) * (loads[k] - state.load[k])
-        feet += carrying(state.load[k], body)
+        feet += share_carried(state.load[k], body)
     fast = TRUST * (beyond - state.mean) / max(feet, 1.0)
     for k in range(4):
-        shaken = loads[k] + carrying(state.load[k], body) * fast
+        shaken = loads[k] + share_carried(state.load[k], body) * fast
         loads[k] = max(shaken, min(loads[k], 0.0))  # no foot pulls by it
 
 
 @njit
-def carrying(load: float, body: Any) -> float:
+def share_carried(load: float, body: Any) -> float:
     """How much of its part a foot of this mean load (N) takes, 0 to 1."""
     return float(min(max(load / body.carries, 0.0), 1.0))

@@ -1,10 +1,11 @@
-"""Whether something carries the body that no sensor reads: its belly, a prop under it. Compiled.
+"""Whether something that no sensor reads carries the body: its belly, a prop under it. Compiled.
 
 Feet, ropes and drill then do not add up to the weight: what the balance misses is a force upward,
 far larger than all that is unsure together, and its line of action runs through the belly. (A
-sensor that lies leaves a force at its own foot, outside; blame.py looks for that.) While it is so
-the balance says nothing of the feet: nothing is learnt from it, and each foot is as unsure as its
-own cylinders leave it; while it only seems so, nothing lasting is learnt.
+sensor that lies leaves a force at its own foot, outside: see
+faulty_sensor.py.) While it is so the balance says nothing of the feet: nothing is learnt from it, and
+each foot is as unsure as its own cylinders leave it; while it only seems so, nothing lasting is
+learnt.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Support(Record):
 
 
 @njit
-def carries(rows: Any, wrench: Any, variance: float, body: Any, state: Any) -> bool:
+def something_else_carries(rows: Any, wrench: Any, variance: float, body: Any, state: Any) -> bool:
     """Whether something else than feet, ropes and drill carries the body; counts for how long.
 
     rows (6, N) of the unknowns, wrench (6) that is missing with nothing learnt taken off, N and

@@ -27,7 +27,7 @@ SEEN = (2, 3, 4)
 
 
 @njit
-def look(rows: Any, wrench: Any, variance: Any, fusion: Any) -> None:
+def take_balance(rows: Any, wrench: Any, variance: Any, fusion: Any) -> None:
     """Take one balance: rows (6, N) of the unknowns, wrench (6) that is missing with nothing learnt
     taken off, variance (6) of the balance itself.
     """
@@ -64,11 +64,11 @@ def look(rows: Any, wrench: Any, variance: Any, fusion: Any) -> None:
             suspicion.spread[a, b] += share * (spread[a, b] - suspicion.spread[a, b])
     suspicion.age += surer**2 * sizes.dt
     if suspicion.age > suspicion.memory:
-        judge(rows, fusion)
+        free_likeliest_zero(rows, fusion)
 
 
 @njit
-def judge(rows: Any, fusion: Any) -> None:
+def free_likeliest_zero(rows: Any, fusion: Any) -> None:
     """Set the zero of the one cylinder free that makes the balance far likelier."""
     suspicion = fusion.suspicion
     weighed = np.linalg.solve(suspicion.spread, suspicion.missing)

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
+from testbed.estimation.live.body_acceleration import TRUST, AccelerationMemory, add_fast_changes
 from testbed.estimation.live.body_records import BodyBelief
-from testbed.estimation.live.shaken import TRUST, Shaken, shake
 
 DT, MASS, CARRIES = 1e-3, 3000.0, 300.0
 
 
 def shaken(lift: np.ndarray, loads: np.ndarray) -> np.ndarray:
     """What is added to unchanging loads (4,), N, under specific forces (n,), m/s2: (n, 4)."""
-    body, state, out = BodyBelief.zeros()[0], Shaken.zeros()[0], np.tile(loads, (len(lift), 1))
+    body, state, out = (
+        BodyBelief.zeros()[0],
+        AccelerationMemory.zeros()[0],
+        np.tile(loads, (len(lift), 1)),
+    )
     body["decisions"]["dt"], body["body_mass"], body["carries"] = DT, MASS, CARRIES
     for row, value in zip(out, lift, strict=True):
-        shake(value, row, body, state)
+        add_fast_changes(value, row, body, state)
     return out - loads
 
 

@@ -9,7 +9,12 @@ import pytest
 
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.body_records import BodyState
-from testbed.estimation.live.learnt import learnt, leg_variance, weigh_cylinder, weigh_leg
+from testbed.estimation.live.cylinder_errors import (
+    force_error,
+    leg_variance,
+    weigh_cylinder,
+    weigh_leg,
+)
 
 
 @pytest.fixture
@@ -26,14 +31,14 @@ def test_what_a_sliding_cylinder_is_off_by_is_zero_friction_of_its_way_and_devia
 ) -> None:
     unknown = state.fusion.x
     own = unknown[fu.ZERO + 4] + unknown[fu.OUT + 4] + unknown[fu.DEVIATION + 4]
-    assert learnt(4, state) == pytest.approx(own)
+    assert force_error(4, state) == pytest.approx(own)
 
 
 def test_at_rest_only_the_share_that_friction_is_used_of_counts(state: Any) -> None:
     unknown = state.fusion.x
     friction = -0.5 * unknown[fu.BACK + 5] - 0.5 * 0.2 * unknown[fu.SIDE + 5]
     own = unknown[fu.ZERO + 5] + friction + unknown[fu.DEVIATION + 5]
-    assert learnt(5, state) == pytest.approx(own)
+    assert force_error(5, state) == pytest.approx(own)
 
 
 @pytest.mark.parametrize("cylinder", [4, 5])
@@ -42,7 +47,7 @@ def test_the_row_of_an_observation_times_the_unknowns_is_what_was_learnt(
 ) -> None:
     row = np.zeros(fu.N)
     weigh_cylinder(cylinder, 2.0, state.axes[cylinder], row)
-    assert row @ state.fusion.x == pytest.approx(2.0 * learnt(cylinder, state))
+    assert row @ state.fusion.x == pytest.approx(2.0 * force_error(cylinder, state))
 
 
 def test_a_legs_variance_is_that_of_its_row_and_deaf_to_the_other_legs(state: Any) -> None:

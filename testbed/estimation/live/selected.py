@@ -1,5 +1,5 @@
-"""The contact state by any detector: what a scenario's `estimator.detector` names, sample by sample
-on the running row.
+"""What a scenario selects by name: the detector of `estimator.detector`, the estimator of
+`estimator.method`, sample by sample on the running row.
 """
 
 from __future__ import annotations
@@ -14,11 +14,13 @@ from testbed.estimation.detectors.base import DROP, Hold, scaled, scores_over, s
 from testbed.estimation.detectors.combined import Held
 from testbed.estimation.detectors.sample import Watch
 from testbed.estimation.detectors.table import detector_of
+from testbed.estimation.estimator import estimator_of, interval_of
 from testbed.estimation.live.contact import ContactState, limits_at, step
+from testbed.formats.intervals import sd_of
 from testbed.machine.names import LEGS
 
 
-class Judge:
+class SelectedDetector:
     """A detector that fills the row's contact states; `belief`: the chain's, shape (1,).
 
     `field`: where the name stood. Raises InputError for a detector that is not there, or that has
@@ -34,7 +36,7 @@ class Judge:
         self._states["contact"] = 1.0  # no foot is lost before anything was seen of it
         start(self._detector, self._dt_s)
 
-    def judge(self, rows: NDArray[Any]) -> None:
+    def fill(self, rows: NDArray[Any]) -> None:
         """Put the contact states of the next DataRow `rows` (n,) into their `contact`.
 
         Raises InputError for a score that is no number: no state could be told by it.
@@ -72,3 +74,39 @@ def hold_of(detector: Any) -> Hold:
     """How long a detector's word that a foot is lost is held: its `hold`, else DROP."""
     found = getattr(detector, "hold", DROP)
     return found if isinstance(found, Hold) else DROP
+
+
+# The foot loads by any estimator: what a scenario's `estimator.method` names, row by row on the
+# running row.
+#
+# Its loads take the place of the whole-body estimate in the row (`estimate.own` and its interval):
+# control, supervisor, detectors and the recording's columns `estimate_own_<leg>` see them.
+
+
+class SelectedEstimator:
+    """An estimator that fills the row's loads; `dt_s` lies between two rows. Raises InputError as
+    estimator_of.
+    """
+
+    def __init__(self, name: str, dt_s: float) -> None:
+        self._name, self._estimator = name, estimator_of(name, "estimator.method")
+        start(self._estimator, dt_s)
+
+    def fill(self, rows: NDArray[Any]) -> None:
+        """Put the loads, low and high of DataRow `rows` (1,) in the place of the whole-body
+        estimate.
+
+        Raises InputError for a load that is no number: nothing could stand on it.
+        """
+        answer = self._estimator.update(rows.view(np.recarray)[0])
+        loads, low, high = interval_of(answer, self._estimator)
+        if not np.isfinite([loads, low, high]).all():
+            raise InputError(
+                f"a load is no number at t = {rows['t'][0]:.3f} s",
+                field="estimator.method",
+                value=self._name,
+                allowed="finite loads, N",
+            )
+        rows["estimate"]["own"], interval = loads, rows["estimate_own"]
+        interval["low"], interval["high"] = low, high
+        interval["sd"] = sd_of((low, high))
