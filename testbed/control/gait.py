@@ -14,9 +14,8 @@ from typing import Protocol
 from testbed.control.command import Command
 from testbed.control.measured import Measured
 from testbed.formats.arrays import Array
-from testbed.robot.kinematics import LegKinematics
 from testbed.robot.model import RobotModel
-from testbed.robot.robot import Robot
+from testbed.robot.robot import LegKinematics, Robot
 
 
 class Gait(Protocol):

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from testbed.control.gait import Layered
 from testbed.control.layers.trim import Trim
-from testbed.control.observed import Observed, amounts
+from testbed.control.measured import Observed, amounts
 from testbed.envs.display import has_display
 from testbed.envs.increments import INCREMENTS, increase, increased
 from testbed.envs.observations import TABLE, Observer, fitted, in_units

@@ -13,7 +13,7 @@ import numpy as np
 
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.walk_plan import Stride
-from testbed.control.observed import amounts
+from testbed.control.measured import amounts
 from testbed.envs.base import RoboclimberEnv
 from testbed.envs.increments import action_rows
 from testbed.envs.observations import CLIMB_TABLE

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from testbed.control.layers.trim import Trim
-from testbed.control.observed import Observed
+from testbed.control.measured import Observed
 from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS, SIDES

@@ -16,10 +16,8 @@ from typing import Any
 import numpy as np
 
 from testbed.control.gait import Layered
-from testbed.control.layers.orders import Orders
-from testbed.control.layers.shift import SHIFT_SPEED_M_S, Shift
-from testbed.control.layers.trim import OFFSET_SPEED_M_S, Trim
-from testbed.control.observed import amounts
+from testbed.control.layers.trim import OFFSET_SPEED_M_S, SHIFT_SPEED_M_S, Orders, Shift, Trim
+from testbed.control.measured import amounts
 from testbed.envs.base import RoboclimberEnv
 from testbed.envs.increments import OFFSET_RANGE_M, action_rows
 from testbed.envs.observations import KEEP_TABLE

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.distribution.corrected import VIEW
-from testbed.control.observed import Observed
+from testbed.control.measured import Observed
 from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES

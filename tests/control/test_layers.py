@@ -13,7 +13,7 @@ from testbed.benchmarks.contact_loss.scenes import Moves
 from testbed.control.command import Command, SetPoints
 from testbed.control.distribution.controllers import controller, distribution
 from testbed.control.gait import Layer
-from testbed.control.gaits.hold import Hold
+from testbed.control.gaits.standing import Hold
 from testbed.control.layers.mast import LEARN_S, KeepMast
 from testbed.control.layers.supervisor import Supervisor
 from testbed.control.layers.trim import Trim

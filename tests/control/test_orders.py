@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.control.command import Command
-from testbed.control.layers.orders import Orders
+from testbed.control.layers.trim import Orders
 from testbed.control.measured import Measured
 from testbed.recording.rows import DataRow
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from testbed.control.layers.trim import Trim
-from testbed.control.observed import amounts
+from testbed.control.measured import amounts
 from testbed.envs.increments import (
     INCREMENTS,
     OFFSET_RANGE_M,

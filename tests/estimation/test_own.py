@@ -21,8 +21,7 @@ from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow, DrillKnown
 from testbed.robot.linkage import Linkages
-from testbed.robot.loads.drill_loads import known_wrench
-from testbed.robot.loads.foot_loads import ExpectedLoads, point_wrench
+from testbed.robot.loads.foot_loads import ExpectedLoads, known_wrench, point_wrench
 from testbed.robot.model import attitude_gravity
 
 MODEL, MACHINE = shipped_model(), build_machine()

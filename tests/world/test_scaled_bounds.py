@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from testbed.control.distribution.distribution import add_pull, squeezing
 from testbed.control.distribution.quadratic import Quadratic
-from testbed.control.distribution.squeeze import add_pull, squeezing
 from testbed.control.distribution.statics import NORMALS, Statics
 from testbed.control.measured import Measured
 from testbed.estimation.live.believed import Believed

@@ -13,7 +13,7 @@ from testbed.control.valve_loop import PositionLoop, valve_command
 from testbed.errors import InputError
 from testbed.laws.drill import DrillLoads
 from testbed.machine.build import build_machine
-from testbed.robot.kinematics import LegKinematics, length
+from testbed.robot.robot import LegKinematics, length
 from testbed.robot.urdf.merge import merged
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange

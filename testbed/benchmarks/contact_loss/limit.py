@@ -32,7 +32,7 @@ from testbed.estimation.detectors.base import Hold
 from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.robot.kinematics import LegKinematics
+from testbed.robot.robot import LegKinematics
 
 ONE, FOUR = "limit_one_foot", "limit_four_feet"
 TEXTS = {

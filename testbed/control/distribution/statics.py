@@ -19,9 +19,7 @@ from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.linkage import Linkages
-from testbed.robot.loads.compliance import OilColumns
-from testbed.robot.loads.drill_loads import known_wrench
-from testbed.robot.loads.foot_loads import drill_wrench, point_wrench
+from testbed.robot.loads.foot_loads import OilColumns, drill_wrench, known_wrench, point_wrench
 from testbed.robot.model import RobotModel, attitude_gravity
 
 FEET = 3 * len(LEGS)

@@ -13,9 +13,8 @@ from testbed.control.gaits.crawl.footholds import Footholds
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.pace import Pace
 from testbed.control.gaits.crawl.rope_hold import RopeHold
-from testbed.control.gaits.hold import Hold
 from testbed.control.gaits.own import checked_gait
-from testbed.control.gaits.sway import SwayGait
+from testbed.control.gaits.standing import Hold, SwayGait
 from testbed.control.layers.mast import KeepMast
 from testbed.control.layers.supervisor import Supervisor
 from testbed.scenario.drilling import DrillHole

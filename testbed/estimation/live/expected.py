@@ -9,8 +9,7 @@ import numpy as np
 from testbed.formats.arrays import Array
 from testbed.formats.records import SET
 from testbed.robot.attitude import rotation_from_attitude
-from testbed.robot.loads.drill_loads import known_wrench
-from testbed.robot.loads.foot_loads import ExpectedLoads, Footing
+from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, known_wrench
 
 
 class Expectation:

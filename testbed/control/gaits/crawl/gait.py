@@ -21,9 +21,9 @@ from testbed.control.gaits.crawl.footholds import Footholds
 from testbed.control.gaits.crawl.ground_search import GroundSearch
 from testbed.control.gaits.crawl.levelling import Levelling
 from testbed.control.gaits.crawl.pace import Pace
-from testbed.control.gaits.crawl.phases import IN_THE_AIR, BodyWay, Doing, Phase
 from testbed.control.gaits.crawl.reach import explained
 from testbed.control.gaits.crawl.rope_hold import RopeHold
+from testbed.control.gaits.crawl.swing import IN_THE_AIR, BodyWay, Doing, Phase
 from testbed.control.gaits.crawl.walk_plan import SEAT_S, Stride, WalkPlan
 from testbed.control.measured import Measured
 from testbed.errors import InputError
