@@ -201,7 +201,6 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
         "machine/provenance.py",
         "machine/build.py",
         "machine/folder.py",
-        "machine/sets.py",
     }
 
 

@@ -29,7 +29,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from testbed.laws.compiling import njit_law
+from testbed.compiled import njit_law
 from testbed.laws.holding import NO_HOLDING, held_port
 from testbed.laws.oil import (
     ATMOSPHERE_PA,

@@ -18,8 +18,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from testbed.compiled import njit_law
 from testbed.formats.records import Record, part, quantity
-from testbed.laws.compiling import njit_law
 
 SHORT_EXPONENT, SHORTEST_EXPONENT = 0.01, 1e-6
 """Below these an approach's closed form would divide zero by zero: its series, right to 1e-10, and

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.laws.compiling import njit_law
+from testbed.compiled import njit_law
 from testbed.laws.orifice import PortFlow
 
 NO_HOLDING, PILOT_CHECK, COUNTERBALANCE = 0.0, 1.0, 2.0

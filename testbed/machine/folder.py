@@ -32,9 +32,15 @@ from testbed.formats.files import check_links
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import SHIPPED, Machine
 from testbed.machine.overridden import check_kind
-from testbed.machine.provenance import Quantity, quantities_of, read_quantities
+from testbed.machine.provenance import (
+    DEFAULT,
+    Quantity,
+    SetName,
+    machine_set,
+    quantities_of,
+    read_quantities,
+)
 from testbed.machine.scale import exponent
-from testbed.machine.sets import DEFAULT, SetName, machine_set
 
 NUMBERS, BODIES = "machine.yaml", "robot.urdf"
 OF_THE_MATERIAL = ("oil.bulk_modulus_pa", "rock.")

@@ -10,7 +10,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from testbed.formats.checked import Checked, Four, Numbers, Pair, Sequence, impossible
 from testbed.machine.names import AXES, LEGS
-from testbed.machine.sets import DEFAULT, SetName
+from testbed.machine.provenance import DEFAULT, SetName
 
 HydraulicPart = Literal[
     "friction",

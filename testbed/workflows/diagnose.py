@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from testbed.errors import InputError
-from testbed.formats.files import check_file, write_json, write_text
-from testbed.formats.ownership import owned
+from testbed.formats.files import check_file, owned, write_json, write_text
 
 if TYPE_CHECKING:
     import numpy as np

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from testbed.formats.files import write_json, write_text
-from testbed.formats.ownership import owned
+from testbed.formats.files import owned, write_json, write_text
 from testbed.machine.names import LEGS
 from testbed.report.loop_page import page
 

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from testbed.errors import InputError
-from testbed.formats.files import check_file, write_text
-from testbed.formats.ownership import owned
+from testbed.formats.files import check_file, owned, write_text
 from testbed.report.comparison import Side
 from testbed.report.comparison import page as comparison
 from testbed.report.run_report import Drawn, page

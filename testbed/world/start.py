@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Hidden
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.model import Machine

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from testbed.effects import by_name
 from testbed.effects.base import Effect
-from testbed.effects.hidden import Hidden, HiddenCylinder
+from testbed.effects.terms import Hidden, HiddenCylinder
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.formats.records import get, put

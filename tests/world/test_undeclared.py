@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from testbed.effects import ALL, by_name
-from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Hidden
 from testbed.errors import InputError
 from testbed.laws.hydraulics import AxisParameters
 from testbed.laws.supply import PowerUnit

@@ -22,7 +22,7 @@ from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, enthalpy, specific_volume
 from testbed.machine.build import build_machine
-from testbed.machine.sets import SetName
+from testbed.machine.provenance import SetName
 from testbed.scenario.world_parts import Rates
 from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 

@@ -13,7 +13,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from testbed.machine.build import build_machine
 from testbed.machine.model import Machine
-from testbed.machine.sets import DEFAULT, SetName
+from testbed.machine.provenance import DEFAULT, SetName
 
 P = ParamSpec("P")
 R = TypeVar("R")

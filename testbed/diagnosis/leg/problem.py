@@ -23,8 +23,7 @@ from testbed.diagnosis.leg.plain_balance import (
 )
 from testbed.diagnosis.leg.series import BIN, Series
 from testbed.effects.base import Active
-from testbed.effects.fitting import ForceResidual, Observed
-from testbed.effects.terms import Signals
+from testbed.effects.terms import ForceResidual, Observed, Signals
 from testbed.estimation.leg.balance import (
     corrected,
     external_n,
