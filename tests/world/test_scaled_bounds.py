@@ -20,7 +20,7 @@ from testbed.machine.folder import machine_folder
 from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER
 from testbed.robot.robot import Robot
-from testbed.scenario.drawn import draw_machine
+from testbed.scenario.machines import draw_machine
 from testbed.simulation.residuals import residual_summary
 
 ROBOT = Robot.of(build_machine(folder=machine_folder("quarter_model")))
