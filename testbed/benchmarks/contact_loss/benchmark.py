@@ -13,8 +13,13 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.contact_loss.page import curves, page
-from testbed.benchmarks.contact_loss.published import published
-from testbed.benchmarks.contact_loss.rivals import grid_of, rivals, scores_of, thresholds_text
+from testbed.benchmarks.contact_loss.rivals import (
+    grid_of,
+    published,
+    rivals,
+    scores_of,
+    thresholds_text,
+)
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, scenes
 from testbed.benchmarks.contact_loss.score import Reference, scored, squares
 from testbed.benchmarks.contact_loss.summary import COMMISSIONED, summarise, tables, tuned

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.hydraulics.balance import balance
-from testbed.benchmarks.hydraulics.creep import creep
+from testbed.benchmarks.hydraulics.balance import balance, creep
 from testbed.benchmarks.hydraulics.free_mass import (
     FREE_MOTIONS,
     MOST_N,

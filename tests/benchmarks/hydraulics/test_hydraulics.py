@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.harness import rounded, run
-from testbed.benchmarks.hydraulics.balance import balance, machine, oil
+from testbed.benchmarks.hydraulics.balance import balance, creep, machine, oil
 from testbed.benchmarks.hydraulics.benchmark import Hydraulics, compare, kernel_forces
-from testbed.benchmarks.hydraulics.creep import creep
 from testbed.benchmarks.hydraulics.kernel_speed import compare_speed
 from testbed.benchmarks.hydraulics.manoeuvres import KINDS, manoeuvre
 from testbed.errors import InputError

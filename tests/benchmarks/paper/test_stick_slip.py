@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from testbed.benchmarks.paper.machine import Chosen, changed, chosen, of_set, once_per_machine
+from testbed.benchmarks.paper.leg import Chosen, changed, chosen, of_set, once_per_machine
 from testbed.benchmarks.paper.stick_slip import net_damping_n_s_m, seal_of, slips_at
 from testbed.machine.build import build_machine
 from testbed.machine.provenance import machine_set
