@@ -10,12 +10,11 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from testbed.control.gait import amounts
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.walk_plan import Stride
-from testbed.control.measured import amounts
 from testbed.envs.base import RoboclimberEnv
-from testbed.envs.increments import action_rows
-from testbed.envs.observations import CLIMB_TABLE
+from testbed.envs.observations import CLIMB_TABLE, action_rows
 from testbed.envs.rewards import EFFORT, END, FRICTION_USE, LOST, Term, Truth, holding_amounts
 from testbed.errors import InputError
 from testbed.formats.arrays import Array

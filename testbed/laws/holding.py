@@ -3,8 +3,7 @@ under a condition.
 
 A pilot-operated check valve (1) lets oil out where the spool opens the port to the tank; a
 counterbalance valve (2) then opens with (p - pt) + pilot_ratio (pilot - pt) above its setting, over
-COUNTERBALANCE_BAND_PA. Shut, both are
-tight. pilot: pressure of the other chamber.
+COUNTERBALANCE_BAND_PA. Shut, both are tight. pilot: pressure of the other chamber.
 """
 
 from __future__ import annotations

@@ -25,9 +25,8 @@ from testbed.effects import by_name
 from testbed.estimation.leg.motion import signals_of
 from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording
-from testbed.report.page import render
+from testbed.report.page import render, words
 from testbed.report.style import BLUE, GREY, RC, VERMILION, svg
-from testbed.report.words import words
 
 # Figures of a diagnosis: residuals before and after, and the evidence for each hypothesis; SVG
 # text.

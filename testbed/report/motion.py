@@ -14,7 +14,7 @@ import numpy.typing as npt
 from testbed.estimation.losses import loss_force_n
 from testbed.formats.arrays import Array, Columns
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.robot.attitude import rotations_of
+from testbed.robot.model import rotations_of
 from testbed.robot.robot import Robot
 from testbed.scenario.terrain import Terrain
 from testbed.world.ground.terrain import make_ground

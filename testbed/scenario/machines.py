@@ -23,7 +23,7 @@ from testbed.machine.build import build_machine
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.machine.scale import Scale, exponent
-from testbed.scenario.world_parts import Undeclared
+from testbed.scenario.parts import Undeclared
 
 if TYPE_CHECKING:
     from testbed.scenario.scenario import Scenario

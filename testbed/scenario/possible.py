@@ -19,8 +19,8 @@ from testbed.machine.names import LEGS
 from testbed.machine.overridden import check_effective, check_kind
 from testbed.machine.urdf_check import lacking
 from testbed.scenario.machines import machines_of
+from testbed.scenario.parts import Hydraulics, Robot
 from testbed.scenario.tasks import Chain, Raise
-from testbed.scenario.world_parts import Hydraulics, Robot
 
 if TYPE_CHECKING:
     from testbed.scenario.scenario import Scenario

@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.command import Command, SetPoints
+from testbed.control.gait import Command, Measured, SetPoints
 from testbed.control.gaits.chain import chain_in
 from testbed.control.gaits.table import NOTHING_OWN, OwnParts
-from testbed.control.measured import Measured
 from testbed.errors import InputError, SimulationFault
 from testbed.estimation.detectors.table import LIVE
 from testbed.estimation.estimator import SHIPPED

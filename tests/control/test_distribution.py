@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from shipped import MACHINE, shipped_model
 
-from testbed.control.command import Command
 from testbed.control.distribution.controllers import (
     CONTROLLERS,
     DrillSharing,
@@ -24,8 +23,8 @@ from testbed.control.distribution.distribution import self_balanced
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, Balance, Statics
 from testbed.control.distribution.use_program import About, LastPlan, UseProgram
-from testbed.control.layers.trim import OFFSET_SPEED_M_S, Trim, haul, hauling
-from testbed.control.measured import Measured
+from testbed.control.gait import Command, Measured
+from testbed.control.layers import OFFSET_SPEED_M_S, Trim, haul, hauling
 from testbed.errors import InputError
 from testbed.machine.names import VERTICAL
 from testbed.machine.scale import ROBOCLIMBER

@@ -14,12 +14,19 @@ from testbed.errors import InputError
 from testbed.estimation.detectors.base import Hold, scaled, scores_over
 from testbed.estimation.detectors.combined import Combined, Held, Steady
 from testbed.estimation.detectors.histories import BREAK_AWAY
-from testbed.estimation.detectors.learned import Learned, Patient, shipped_network, views_over
+from testbed.estimation.detectors.learned import (
+    VIEW,
+    FootMemory,
+    Learned,
+    Patient,
+    ViewNumbers,
+    shipped_network,
+    views_over,
+)
 from testbed.estimation.detectors.momentum import Momentum
 from testbed.estimation.detectors.sample import OilState, Sample, Watch, oil_travel
 from testbed.estimation.detectors.statistical import Cusum, Glr
 from testbed.estimation.detectors.table import DETECTORS, LIVE, detector_of
-from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import belief_of
 from testbed.estimation.live.contact import ContactState, step

@@ -10,7 +10,7 @@ import pytest
 from testbed.control.distribution.distribution import add_pull, squeezing
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import NORMALS, Statics
-from testbed.control.measured import Measured
+from testbed.control.gait import Measured
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import belief_of

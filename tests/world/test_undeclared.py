@@ -15,7 +15,7 @@ from testbed.errors import InputError
 from testbed.laws.hydraulics import AxisParameters
 from testbed.laws.supply import PowerUnit
 from testbed.machine.names import AXES
-from testbed.scenario.world_parts import Undeclared
+from testbed.scenario.parts import Undeclared
 from testbed.world.sensing import Transducer
 from testbed.world.undeclared import (
     hidden_of,

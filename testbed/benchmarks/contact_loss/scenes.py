@@ -28,8 +28,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from testbed.control.command import Command, along_vertical
-from testbed.control.measured import Measured
+from testbed.control.gait import Command, Measured, along_vertical
 from testbed.effects import by_name, ground_settling, sensor_drift_a, sensor_zero
 from testbed.formats.arrays import Array
 from testbed.formats.yaml_files import read_mapping

@@ -78,8 +78,8 @@ def record(scene: Scene, folder: Path) -> Tree:
     """Simulate a scene into `folder`; what is known of it besides. An earlier recording there is
     removed.
     """
-    from testbed.simulation.description import recording_meta
     from testbed.simulation.recorder import RunRecorder
+    from testbed.simulation.run_folder import recording_meta
     from testbed.world.summary import surveyed
 
     drawn, simulation = _within_reach(scene)

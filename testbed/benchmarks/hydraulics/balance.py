@@ -26,7 +26,7 @@ from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, VAPOUR_PA, enthalpy, specific_volume
 from testbed.machine.build import build_machine
 from testbed.machine.provenance import SetName
-from testbed.scenario.world_parts import Rates
+from testbed.scenario.parts import Rates
 from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 
 STEP_S = 1e-3

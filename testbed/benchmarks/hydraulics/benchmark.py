@@ -25,7 +25,7 @@ from testbed.formats.arrays import Array
 from testbed.formats.files import write_text
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.report.page import Table
-from testbed.scenario.world_parts import Rates
+from testbed.scenario.parts import Rates
 
 Piece = tuple[str, float | str]
 """What is checked, and its number, name, seconds or switch."""

@@ -29,7 +29,7 @@ from testbed.recording.robot_model import write_robot_model
 from testbed.robot.robot import Robot
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
-from testbed.simulation.truth_machine import truth_machine
+from testbed.simulation.run_folder import truth_machine
 from testbed.workflows.commission import believed, stages
 from testbed.world.believed import OwnBelief, own_belief
 from testbed.world.undeclared import hidden_of

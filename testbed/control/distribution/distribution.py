@@ -25,10 +25,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.control.command import Command, SetPoints
 from testbed.control.distribution.statics import FEET, UNKNOWNS, Balance, Statics
-from testbed.control.layers.trim import Hauling, haul, hauling
-from testbed.control.measured import Measured
+from testbed.control.gait import Command, Measured, SetPoints
+from testbed.control.layers import Hauling, haul, hauling
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.formats.sockets import numbers_of

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.control.measured import Measured
+from testbed.control.gait import Measured
 from testbed.formats.arrays import Array, Flags
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine

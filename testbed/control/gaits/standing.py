@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.control.command import Command
-from testbed.control.gait import BelievedStart
-from testbed.control.measured import Measured
+from testbed.control.gait import BelievedStart, Command, Measured
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, LEGS, SIDES, VERTICAL

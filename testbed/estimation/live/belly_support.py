@@ -2,10 +2,9 @@
 
 Feet, ropes and drill then do not add up to the weight: what the balance misses is a force upward,
 far larger than all that is unsure together, and its line of action runs through the belly. (A
-sensor that lies leaves a force at its own foot, outside: see
-faulty_sensor.py.) While it is so the balance says nothing of the feet: nothing is learnt from it,
-and each foot is as unsure as its own cylinders leave it; while it only seems so, nothing lasting is
-learnt.
+sensor that lies leaves a force at its own foot, outside: see faulty_sensor.py.) While it is so the
+balance says nothing of the feet: nothing is learnt from it, and each foot is as unsure as its own
+cylinders leave it; while it only seems so, nothing lasting is learnt.
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@ import numpy as np
 
 from testbed.formats.arrays import Array
 from testbed.formats.records import SET
-from testbed.robot.attitude import rotation_from_attitude
 from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, known_wrench
+from testbed.robot.model import rotation_from_attitude
 
 
 class Expectation:

@@ -37,7 +37,7 @@ from testbed.laws.supply import (
     wanted_stroke,
 )
 from testbed.machine.build import build_machine
-from testbed.scenario.world_parts import HYDRAULIC_PARTS
+from testbed.scenario.parts import HYDRAULIC_PARTS
 from testbed.world.hydraulic_parameters import unit_parameters
 from testbed.world.switches import AXIS_OFF, UNIT_OFF, switch_off
 
