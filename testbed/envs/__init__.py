@@ -1,8 +1,9 @@
 """Gymnasium environments; importing this package registers them.
 
-import gymnasium, testbed.envs
-env = gymnasium.make("Roboclimber/Drill-v0")          # or without the import:
-"testbed.envs:Roboclimber/Drill-v0"
+    import gymnasium, testbed.envs
+    env = gymnasium.make("Roboclimber/Drill-v0")
+
+Without the import the id is "testbed.envs:Roboclimber/Drill-v0".
 """
 
 from __future__ import annotations

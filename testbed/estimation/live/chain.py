@@ -1,15 +1,14 @@
 """The paper's chain, live on all four feet: pressures -> cylinder force -> foot load -> filters ->
 contact state.
 
-    one_chamber  = pA A_A                                                                   (1)
-    two_chamber  = pA A_A - pB A_B                                                          (3)
-    friction     = pA A_A - pB A_B - F_f(v) + m g cos(inclination) - m a                    (7) with
-    (5) kbf, modified_kbf = the paper's filters on `friction`                                   (6)
+    one_chamber  = pA A_A                                                     (1)
+    two_chamber  = pA A_A - pB A_B                                            (3)
+    friction     = pA A_A - pB A_B - F_f(v) + m g cos(inclination) - m a      (7) with (5)
+    kbf, modified_kbf = the paper's filters on `friction`                     (6)
     own          = the same balance with friction as a set at rest (friction_at_rest.py names the
-    likeliest value in
-                   it), through a gate that cannot lock out; where the whole machine is believed
-                   (body_belief.py), from all twelve cylinders and the body's balance
-                   (whole_body.py), with the foot's force in three axes
+                   likeliest value in it), through a gate that cannot lock out; where the whole
+                   machine is believed (body_belief.py), from all twelve cylinders and the body's
+                   balance (whole_body.py), with the foot's force in three axes
 
 All in N along the vertical joint's axis, positive when the ground pushes the foot up. One compiled
 call a step, on the row that has just been measured.
