@@ -5,8 +5,8 @@
 With an elastic share s > 0 the contact is elasto-plastic (Dupont and others, 2002: nothing slips
 below break-away):
 
-    dz/dt = v (1 - alpha |z| k / g),   alpha |z| k / g = (|z| k / g - s) / (1 - s) above s where z
-    grows, else 0
+    dz/dt = v (1 - alpha |z| k / g),
+    alpha |z| k / g = (|z| k / g - s) / (1 - s) above s where z grows, else 0
 
 Its steady state is the same. Vibration below s of the break-away force then leaves a stuck seal its
 force, which the plain bristle (s = 0) gives up by and by. Over a slide z depends on the way alone

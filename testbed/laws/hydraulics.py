@@ -1,8 +1,9 @@
 """Twelve differential cylinders with their valves on one supply: the compiled step that runs beside
 the engine.
 
-    F = pA A_A - pB A_B - (A_A - A_B) p_atm - friction + cushions and stops        (pushes the rod
-    out)
+    F = pA A_A - pB A_B - (A_A - A_B) p_atm - friction + cushions and stops
+
+F pushes the rod out.
 
 The engine holds joint rates over its step, so whatever depends on command and rate alone
 (amplifier, hysteresis, spool, bristle, dwell, cushions, stops, transducers) is advanced in closed

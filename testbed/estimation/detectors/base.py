@@ -2,8 +2,9 @@
 
 A detector is any class with
 
-    update(sample) -> scores (4,): the higher, the surer that the foot has lost its load (`sample`:
-    sample.py)
+    update(sample) -> scores (4,)
+
+(the higher, the surer that the foot has lost its load; `sample`: see sample.py)
 
 and, if it likes, `threshold` (a score from which on a foot counts as lost; `testbed contact-loss`
 sets it), `hold` (a Hold: when a lost foot counts as loaded again), `scaled(force)` (the same for a

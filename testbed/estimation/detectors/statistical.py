@@ -3,8 +3,9 @@
 CUSUM (Page): the log-likelihood ratio of `no load` against `little load`, added up while it speaks
 for the loss.
 
-    S = max(0, S + (m1 - m0) / s^2 (L - (m0 + m1) / 2)),   m1 = 0 N lost, m0 = the least load still
-    carried
+    S = max(0, S + (m1 - m0) / s^2 (L - (m0 + m1) / 2))
+
+with m1 = 0 N where the foot is lost and m0 the least load still carried.
 
 One sample adds no more than `limit`, so that a spike alone is no alarm. In nats.
 """
