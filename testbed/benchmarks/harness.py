@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
-from testbed.benchmarks.marks import code, digest, sources
+from testbed.benchmarks.source_digests import code, digest, sources
 from testbed.errors import InputError
 from testbed.formats.files import Lines, owned, plain, write_json, write_text
 from testbed.report.console import counting_progress

@@ -12,7 +12,7 @@ from typing import Any
 
 from testbed.compiled import njit_law
 from testbed.formats.records import Record, quantity
-from testbed.laws.linear import second_order
+from testbed.laws.second_order import second_order
 
 
 class ValveParameters(Record):

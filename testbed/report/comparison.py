@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from testbed.estimation.losses import loss_force_n
+from testbed.estimation.contact_losses import loss_force_n
 from testbed.formats.arrays import Array
 from testbed.formats.tree import flattened
 from testbed.machine.names import LEGS, SIDES

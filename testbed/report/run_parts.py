@@ -31,7 +31,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from testbed.estimation.losses import loss_force_n
+from testbed.estimation.contact_losses import loss_force_n
 from testbed.machine.names import AXES, SIDES
 from testbed.report import figures
 from testbed.report.motion import frame_rows, heights_around, motion_at, recorded

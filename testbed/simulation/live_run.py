@@ -40,7 +40,7 @@ from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.riders import Riders
 from testbed.simulation.rows import Rows
 from testbed.simulation.run_folder import RunFolder
-from testbed.simulation.summing_up import Ending, summed_up
+from testbed.simulation.run_summary import Ending, summary_of_run
 from testbed.world.saved import State, read_state
 from testbed.world.simulation import Simulation
 
@@ -286,7 +286,7 @@ class Run:
             series: tuple[Columns, Columns] = self.rows.as_recorded(), self.truth.as_recorded()
         else:
             series = self._folder.series()
-        return summed_up(self._simulation, *series, ending)
+        return summary_of_run(self._simulation, *series, ending)
 
     # ---- the end ---------------------------------------------------------------------------------
 

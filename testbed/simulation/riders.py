@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import Detector, scores_over, start
-from testbed.estimation.detectors.sample import Watch
+from testbed.estimation.detectors.sample import Sampler
 from testbed.estimation.detectors.table import detector_of
 from testbed.estimation.estimator import Estimator, estimator_of, loads_over
 from testbed.formats.arrays import Array
@@ -58,7 +58,7 @@ class Riders:
     ) -> None:
         self._detectors = named(detectors, detector_of, Detector, "detectors")
         self._estimators = named(estimators, estimator_of, Estimator, "estimators")
-        self._watch = Watch(belief)
+        self._watch = Sampler(belief)
         for rider in (*self._detectors.values(), *self._estimators.values()):
             start(rider, dt_s)
         nothing = np.empty((0, len(LEGS)))

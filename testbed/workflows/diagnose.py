@@ -215,10 +215,10 @@ def balances_of_run(
 def _measured(run: RobotRecording, model: Path | None) -> tuple[Mapping[str, Array], Robot, Array]:
     """A recording's columns, the robot as it believes itself to be, its surveyed ropes (2, 3)."""
     from testbed.workflows.estimate import survey_of
-    from testbed.world.believed import own_belief
+    from testbed.world.believed_robot import believed_robot
 
     survey = survey_of(run.header.surveyed, run.file)
-    robot = survey.robot(own_belief(run.machine, model).machine)
+    robot = survey.robot(believed_robot(run.machine, model).machine)
     return run.data, robot, survey.ropes_in_world
 
 

@@ -128,7 +128,7 @@ def _shown(folder: Path) -> Iterator[None]:
 
 def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
     """What can be said of a run that was killed before it was summed up."""
-    from testbed.estimation.losses import LossRule, nominal_load_n
+    from testbed.estimation.contact_losses import LossRule, nominal_load_n
     from testbed.simulation.metrics import run_metrics
 
     scenario = _settings(run.folder)

@@ -10,14 +10,14 @@ import pytest
 from testbed.control.distribution.distribution import (
     EDGE_LIMIT,
     GAIN_1_S,
+    add_internal_force,
     add_pull,
-    add_squeeze,
-    squeezing,
+    internal_force_state,
 )
 from testbed.machine.names import LEGS
 from testbed.machine.scale import ROBOCLIMBER, Scale
 
-BY = squeezing(ROBOCLIMBER)
+BY = internal_force_state(ROBOCLIMBER)
 DT_S = 0.01
 COMPLIANCE = np.full(12, 1.0e-7)
 LOADED = np.tile([5_000.0, 0.0, 0.0], len(LEGS))
@@ -28,7 +28,9 @@ def squeezed(force: np.ndarray, edges: np.ndarray, ticks: int = 1, felt: float =
     rates = np.zeros(12)
     for _ in range(ticks):
         rates[:] = 0.0
-        add_squeeze(force, COMPLIANCE, felt / 5_000.0 * LOADED, LOADED, DT_S, BY, edges, rates)
+        add_internal_force(
+            force, COMPLIANCE, felt / 5_000.0 * LOADED, LOADED, DT_S, BY, edges, rates
+        )
     return rates
 
 
@@ -91,7 +93,7 @@ def test_a_wanted_pull_is_followed_at_its_slew_and_the_rope_hauls_what_lacks() -
 @pytest.mark.parametrize("mass_kg", [80.0, 8_000.0])
 def test_a_machine_of_another_size_squeezes_as_its_forces_and_speeds_do(mass_kg: float) -> None:
     scale = Scale.of(mass_kg)
-    other = squeezing(scale)
+    other = internal_force_state(scale)
     assert other.tolerance[1::3] == pytest.approx(scale.force * BY.tolerance[1::3])
     assert other.tolerance[0::3] == pytest.approx(scale.moment * BY.tolerance[0::3])
     assert other.speed_limit[2::3] == pytest.approx(scale.speed * BY.speed_limit[2::3])

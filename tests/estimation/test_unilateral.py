@@ -9,7 +9,7 @@ import pytest
 
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.body_records import BodyBelief, BodyState
-from testbed.estimation.live.cylinder_errors import force_error, only_push
+from testbed.estimation.live.cylinder_errors import force_error, learn_no_pull
 
 MAPS = np.tile(np.eye(3), (4, 1, 1))
 """Cylinders that push straight along the body's axes."""
@@ -22,7 +22,7 @@ def seen(up_n: list[float]) -> tuple[Any, np.ndarray]:
     state["fusion"]["sizes"]["spread"], state["fusion"]["sizes"]["zero_sd"] = 400.0, 100.0
     fu.start(state["fusion"], np.full(len(fu.CONSTANTS), 100.0))
     state["means"]["foot_force"][:, 2] = up_n
-    only_push(MAPS, body, state)
+    learn_no_pull(MAPS, body, state)
     return state, np.array([up - force_error(3 * k + 2, state) for k, up in enumerate(up_n)])
 
 

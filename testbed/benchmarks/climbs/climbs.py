@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.marks import code, digest
+from testbed.benchmarks.source_digests import code, digest
 from testbed.control.gait import Gait
 from testbed.control.gaits.table import OwnParts
 from testbed.errors import InputError, SimulationFault

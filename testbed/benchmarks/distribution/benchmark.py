@@ -22,7 +22,7 @@ from testbed.benchmarks.distribution.summary import (
     write_figure,
 )
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.marks import PACKAGE, code, digest
+from testbed.benchmarks.source_digests import PACKAGE, code, digest
 from testbed.control.distribution.controllers import CONTROLLERS, controller
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.errors import InputError

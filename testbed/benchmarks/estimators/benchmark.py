@@ -12,14 +12,14 @@ from testbed.benchmarks.estimators.page import page, table, targets
 from testbed.benchmarks.estimators.scores import result, scores
 from testbed.benchmarks.estimators.trials import DITHERED, JUDGE, LIARS, Trial, simulate
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.marks import code, digest
+from testbed.benchmarks.source_digests import code, digest
 from testbed.errors import InputError
 from testbed.estimation.estimator import estimator_of
 from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.formats.sockets import split_user_class
 from testbed.machine.build import build_machine
 from testbed.report.page import Table
-from testbed.world.believed import OwnBelief
+from testbed.world.believed_robot import BelievedRobot
 
 RUNS = (*JUDGE, *DITHERED, *LIARS)
 """The runs that results come from."""
@@ -69,7 +69,7 @@ class Estimators(Benchmark[Trial]):
 
     def work(self, case: Trial) -> dict[str, Any]:
         """The run's scores, which add up with those of other runs."""
-        believed = OwnBelief(build_machine(), sure=Uncertainty(case.draw))
+        believed = BelievedRobot(build_machine(), sure=Uncertainty(case.draw))
         return {
             "name": case.name,
             "kind": case.kind,

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.soak import adversity, killed, spoilt
+from testbed.benchmarks.soak import bad_conditions, interrupted, spoilt_files
 from testbed.benchmarks.soak.endurance import GROWTH_MB, drilled
 from testbed.benchmarks.soak.sandbox import Judged, forked
 from testbed.envs import ENVIRONMENTS, make
@@ -64,20 +64,20 @@ def _steps(env: Any, seconds: float) -> int:
 
 Work = Callable[[Path, np.random.Generator], Judged]
 KINDS: dict[str, tuple[Work, float]] = {
-    "scenario": (spoilt.spoilt_scenario, 1.0),
-    "recording": (spoilt.spoilt_recording, 1.0),
-    "model": (spoilt.spoilt_model, 1.0),
-    "sweep": (spoilt.spoilt_sweep, 1.0),
-    "machine": (spoilt.spoilt_machine, 1.0),
-    "killed run": (killed.killed_run, 0.015),
-    "killed sweep": (killed.killed_sweep, 0.012),
-    "killed benchmark": (killed.killed_benchmark, 0.012),
-    "killed training": (killed.killed_training, 0.008),
-    "killed commissioning": (killed.killed_commissioning, 0.003),
-    "full disk": (adversity.full_disk, 0.05),
-    "read-only disk": (adversity.read_only_disk, 0.02),
-    "jumping clock": (adversity.jumping_clock, 0.01),
-    "two owners": (adversity.two_owners, 0.02),
+    "scenario": (spoilt_files.spoilt_scenario, 1.0),
+    "recording": (spoilt_files.spoilt_recording, 1.0),
+    "model": (spoilt_files.spoilt_model, 1.0),
+    "sweep": (spoilt_files.spoilt_sweep, 1.0),
+    "machine": (spoilt_files.spoilt_machine, 1.0),
+    "killed run": (interrupted.killed_run, 0.015),
+    "killed sweep": (interrupted.killed_sweep, 0.012),
+    "killed benchmark": (interrupted.killed_benchmark, 0.012),
+    "killed training": (interrupted.killed_training, 0.008),
+    "killed commissioning": (interrupted.killed_commissioning, 0.003),
+    "full disk": (bad_conditions.full_disk, 0.05),
+    "read-only disk": (bad_conditions.read_only_disk, 0.02),
+    "jumping clock": (bad_conditions.jumping_clock, 0.01),
+    "two owners": (bad_conditions.two_owners, 0.02),
 }
 """Kind -> one trial of it, and how many there are of one that has its whole number."""
 ACTIONS, DRILLING = "random actions", "hours of drilling"

@@ -91,7 +91,7 @@ class Combined(CompiledDetector, step=step):
 # The combined detector over as long as a loss must last.
 #
 # A foot that bears next to nothing crosses the force of a loss with every blow; means over 20 ms
-# follow the word of the definition (estimation/losses.py), which waits for as long.
+# follow the word of the definition (estimation/contact_losses.py), which waits for as long.
 
 
 class Steady(CompiledDetector, step=step):

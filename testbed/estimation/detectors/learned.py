@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import Hold
-from testbed.estimation.detectors.histories import (
+from testbed.estimation.detectors.body_motion import MOTION, Motion, remember_motion, view_of_motion
+from testbed.estimation.detectors.foot_history import (
     HISTORY,
     History,
-    look_back,
     remember_history,
+    view_of_history,
 )
-from testbed.estimation.detectors.motions import MOTION, Motion, look_around, remember_motion
 from testbed.estimation.detectors.sample import Sample
 from testbed.formats.arrays import Array
 from testbed.formats.networks import Network, read_network
@@ -35,7 +35,7 @@ from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import LEGS
 
 # What the learned detector looks at: 70 numbers a foot, made of this sample and of memories of the
-# last ones, 22 of them in histories.py, 13 in motions.py.
+# last ones, 22 of them in foot_history.py, 13 in body_motion.py.
 #
 # Loads are seen through arsinh(load / loss force): fine around nothing, coarse where a foot is
 # safe, alike on machines of any weight. What moves on a short time scale tells a foot in the air
@@ -221,8 +221,8 @@ def look(row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: 
         view[LEAST] = math.asinh(m.least / unit)
         for k in range(len(BEHIND)):
             view[BEHIND_BY + k] = math.asinh(m.behind[k] / unit)
-        look_back(memories, foot, row.estimate_own.sd[foot], unit, view[PRESENT:AROUND])
-        look_around(memories, foot, numbers, view[AROUND:])
+        view_of_history(memories, foot, row.estimate_own.sd[foot], unit, view[PRESENT:AROUND])
+        view_of_motion(memories, foot, numbers, view[AROUND:])
 
 
 MEMBERS = 3

@@ -21,13 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.estimation.contact_losses import LOSS_SHARE
 from testbed.estimation.detectors.base import Detector
 from testbed.estimation.detectors.single_force import ForceSample, SingleForce
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import ESTIMATED, EstimatorChain
 from testbed.estimation.live.contact import ContactState, step
 from testbed.estimation.live.selected import SelectedDetector, limits_of
-from testbed.estimation.losses import LOSS_SHARE
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.sockets import FORM, is_user_class, load_object
 from testbed.machine.names import LEGS

@@ -14,7 +14,7 @@ from testbed.benchmarks.distribution.cases import Case, Outcome, draw_cases
 from testbed.benchmarks.distribution.run import breaks, count_losses, possible, run_case
 from testbed.benchmarks.distribution.summary import against_base, summarise
 from testbed.benchmarks.harness import LINES, run
-from testbed.benchmarks.marks import code
+from testbed.benchmarks.source_digests import code
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.errors import InputError
 

@@ -54,7 +54,7 @@ OF_THE_BODY = tuple(
 
 
 @dataclass(frozen=True)
-class OwnBelief:
+class BelievedRobot:
     """The machine as believed, and effects believed beside its numbers."""
 
     machine: Machine
@@ -138,9 +138,9 @@ def turned_ropes(directions: NDArray[Any], hidden: Hidden) -> NDArray[Any]:
     return np.array(out)
 
 
-def own_belief(
+def believed_robot(
     machine: Machine, model: str | Path | None, tolerances: str | None = WORKSHOP
-) -> OwnBelief:
+) -> BelievedRobot:
     """What a model file, of the whole robot or of one leg, makes of a believed machine.
 
     Effects of the robot on which no estimate depends (oil, ground, supply, ...) are checked and
@@ -152,12 +152,12 @@ def own_belief(
     Raises InputError, naming the file, for what cannot be believed.
     """
     if model is None:
-        return OwnBelief(machine, sure=Uncertainty(tolerances))
+        return BelievedRobot(machine, sure=Uncertainty(tolerances))
     if not is_robot_model(model):
         of_leg = read_believed(model)
         with naming(model):
             sure = Uncertainty(tolerances, spreads_of_leg(of_leg))
-        return OwnBelief(machine, of_leg, file=Path(model), sure=sure)
+        return BelievedRobot(machine, of_leg, file=Path(model), sure=sure)
     file = read_robot_model(model)
     for path, value in file.numbers.items():
         check_effective(path, value, True, model, "machine")
@@ -177,7 +177,7 @@ def own_belief(
             # the same.
             hidden_of([entry.hidden()])
     with naming(model):
-        return OwnBelief(
+        return BelievedRobot(
             machine.replaced(file.numbers, model, "machine"),
             None,
             tuple(of_cylinders),

@@ -13,12 +13,12 @@ import pytest
 
 import testbed
 from testbed.errors import SimulationFault
-from testbed.estimation.losses import LossRule
+from testbed.estimation.contact_losses import LossRule
 from testbed.machine.names import LEGS
 from testbed.machine.scale import Scale
 from testbed.report.console import run_status
 from testbed.simulation import metrics
-from testbed.simulation.summing_up import Ending
+from testbed.simulation.run_summary import Ending
 
 DOCS = Path(__file__).parents[2] / "docs"
 PACKAGE = Path(testbed.__file__).parent
@@ -156,11 +156,11 @@ def test_every_quantity_of_a_summary_is_worked_out_in_one_place(field: str) -> N
 
 
 def test_a_quantity_that_two_places_work_out_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
-    from testbed.simulation import summing_up
+    from testbed.simulation import run_summary
 
-    told = summing_up.world_summary
+    told = run_summary.world_summary
     more = {"tilt_max_deg": 0.0, "seed": 1}
-    monkeypatch.setattr(summing_up, "world_summary", lambda simulation: told(simulation) | more)
+    monkeypatch.setattr(run_summary, "world_summary", lambda simulation: told(simulation) | more)
     run = testbed.simulate(testbed.load_scenario("stand_flat", duration=0.05))
     run.step(50)
     with pytest.raises(AssertionError, match="are worked out in two places"):

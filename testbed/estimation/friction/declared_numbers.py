@@ -96,7 +96,7 @@ class Used:
 
 
 @dataclass(frozen=True)
-class TakenOut:
+class DeclaredFit:
     """Numbers with what was found, the zero's force N, rows without either, form of friction, what
     was changed.
     """
@@ -108,13 +108,13 @@ class TakenOut:
     used: tuple[Used, ...] = ()
 
 
-def take_out(evidence: Evidence, known: Known, kind: str) -> TakenOut:
+def fit_declared(evidence: Evidence, known: Known, kind: str) -> DeclaredFit:
     """Fit friction together with what may differ from the declaration; as given where nothing
     may.
     """
     free, within = unknowns(evidence, known, kind)
     if not free and not within:
-        return TakenOut(known, 0.0, evidence, "stribeck")
+        return DeclaredFit(known, 0.0, evidence, "stribeck")
     form, chosen = _choose(evidence, free, within)
     found = fit(evidence, chosen, form, np.ones(len(evidence), dtype=np.bool_)).changes
     rest = evidence.force_n
@@ -127,7 +127,7 @@ def take_out(evidence: Evidence, known: Known, kind: str) -> TakenOut:
     if kind != "vertical-leg":
         used.append(Used("force_offset_n", "N", None, offset))
     known = known.model_copy(update={u.name: u.used for u in used if u.name in Known.model_fields})
-    return TakenOut(known, offset, replace(evidence, force_n=rest), form, tuple(used))
+    return DeclaredFit(known, offset, replace(evidence, force_n=rest), form, tuple(used))
 
 
 def unknowns(evidence: Evidence, known: Known, kind: str) -> tuple[list[Unknown], list[Unknown]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.estimation.losses import LossRule, follow, score_contact
+from testbed.estimation.contact_losses import LossRule, follow, score_contact
 
 TIME = np.arange(2000) / 1000.0
 

@@ -28,6 +28,7 @@ from testbed.machine.folder import BODIES, NUMBERS, machine_folder
 
 # What a careless or hostile hand does to a file: a seeded mutator of trees and of bytes.
 
+
 VALUES: tuple[Any, ...] = (
     *(0, -1, 1, 1e-30, 1e30, 10**400, float("nan"), float("inf"), True, None, ""),
     *("a" * 5000, "a<script>", "../../x", "mine.py:Mine", [], {}, [1, 2, 3], {"a": 1}, [[[[]]]]),

@@ -1,7 +1,8 @@
 """The limit that friction sets: what one decides who knows all but the friction of resting pistons.
 
-Like the floor (floor.py) this sees the true load through the transducers' own delay and errors, but
-the load and the *true* friction of the cylinder together, as a piston's pressures show them:
+Like the floor (error_floor.py) this sees the true load through the transducers' own delay and
+errors, but the load and the *true* friction of the cylinder together, as a piston's pressures show
+them:
 
     z_k = seen(load_k + friction_k)
 
@@ -12,7 +13,7 @@ loads:
 
     one foot     L_k in [z_k - g_k, z_k + g_k],  L_k >= 0
     four feet    moreover the loads keep the body's balance exactly, so that all four err by one
-                 number, the twist t that weight and moments leave open: L = L_true + t n, n the
+                 number, the internal force t that weight and moments leave open: L = L_true + t n, n the
                  loads without force and moment
 
 Every load in its set is as likely as any other; the score is the log of the odds of less than a
@@ -25,9 +26,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.benchmarks.contact_loss.floor import SensorPath
+from testbed.benchmarks.contact_loss.error_floor import SensorPath
+from testbed.benchmarks.contact_loss.recordings import Tape
 from testbed.benchmarks.contact_loss.scenes import Scene
-from testbed.benchmarks.contact_loss.tapes import Tape
 from testbed.estimation.detectors.base import Hold
 from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
@@ -68,26 +69,26 @@ def limit_scores(name: str, tape: Tape, scene: Scene) -> Array:
     low, high = np.maximum(middle - unknown, 0.0), np.maximum(middle + unknown, 1.0)
     if name == FOUR:
         low, high = balanced(
-            low, high, tape.normal_n, twists(np.asarray(tape.samples["row"]["position"]))
+            low, high, tape.normal_n, internal_modes(np.asarray(tape.samples["row"]["position"]))
         )
     share = (tape.rule.force_n - low) / np.maximum(high - low, 1.0)
     odds = _log_odds(np.clip(share, 0.0, 1.0))
     return _smoothed(odds, SMOOTH_SHARE * tape.rule.shortest_s, tape.dt_s)
 
 
-def balanced(low: Array, high: Array, load: Array, twist: Array) -> tuple[Array, Array]:
-    """Sets of loads [low, high] (n, 4) that are left where the loads err by a multiple of `twist`
+def balanced(low: Array, high: Array, load: Array, mode: Array) -> tuple[Array, Array]:
+    """Sets of loads [low, high] (n, 4) that are left where the loads err by a multiple of `mode`
     (n, 4) alone; true loads (n, 4), N.
     """
-    size = np.where(np.abs(twist) < 1.0e-3, 1.0e-3, twist)
+    size = np.where(np.abs(mode) < 1.0e-3, 1.0e-3, mode)
     ends = np.stack([(low - load) / size, (high - load) / size])
     least = np.minimum(ends.min(axis=0).max(axis=1), 0.0)
     most = np.maximum(ends.max(axis=0).min(axis=1), 0.0)
-    edges = np.stack([load + least[:, None] * twist, load + most[:, None] * twist])
+    edges = np.stack([load + least[:, None] * mode, load + most[:, None] * mode])
     return np.maximum(edges.min(axis=0), 0.0), edges.max(axis=0)
 
 
-def twists(position: Array) -> Array:
+def internal_modes(position: Array) -> Array:
     """Loads (n, 4) of the feet without force and moment, largest 1, from joints (n, 12), rad and
     m.
     """

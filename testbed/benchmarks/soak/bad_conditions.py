@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.harness import run
-from testbed.benchmarks.soak.killed import SWEEP, Stands, recorded_rows
+from testbed.benchmarks.soak.interrupted import SWEEP, Stands, recorded_rows
 from testbed.benchmarks.soak.sandbox import Ended, Judged, Work, begun, by_command, ended, forked
-from testbed.benchmarks.soak.spoilt import not_whole
+from testbed.benchmarks.soak.spoilt_files import not_whole
 from testbed.errors import InputError
 
 DAY_S = 86_400.0

@@ -120,7 +120,7 @@ def remember_motion(
 
 
 @njit
-def look_around(memories: Any, foot: int, numbers: Any, view: Any) -> None:
+def view_of_motion(memories: Any, foot: int, numbers: Any, view: Any) -> None:
     """Into view (len(MOTION),): what the motion of the body and of this foot says."""
     memory, unit = memories[foot], numbers.loss_force
     motion, means = memory.motion, memory.means

@@ -33,12 +33,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.benchmarks.contact_loss.recordings import Tape
 from testbed.benchmarks.contact_loss.scenes import Scene, draw
-from testbed.benchmarks.contact_loss.tapes import Tape
 from testbed.compiled import njit
+from testbed.estimation.contact_losses import LossRule
 from testbed.estimation.detectors.base import Hold
 from testbed.estimation.live.uncertainty import areas_m2
-from testbed.estimation.losses import LossRule
 from testbed.formats.arrays import Array
 from testbed.machine.groups import Sensor
 from testbed.machine.model import Machine

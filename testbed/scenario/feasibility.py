@@ -86,7 +86,7 @@ RULES = (
 )
 
 
-def put_out_of_use(
+def overruled_fields(
     scenario: Scenario, given: Mapping[str, object], changes: Collection[str], file: Path
 ) -> list[str]:
     """The fields of a file that changes from outside put out of use.
@@ -126,7 +126,7 @@ def _told(path: str, changes: Collection[str]) -> bool:
     return any(path == change or path.startswith(f"{change}.") for change in changes)
 
 
-def check_possible(scenario: Scenario, file: Path) -> None:
+def check_feasible(scenario: Scenario, file: Path) -> None:
     """Refuse what the scenario's machine cannot do, and numbers of it that would change nothing."""
     hydraulics, believed = scenario.hydraulics, scenario.model.parameters
     _check_effect(hydraulics.parameters, file, "hydraulics.parameters")

@@ -21,7 +21,7 @@ import numpy as np
 
 from testbed.benchmarks.harness import Answers, Benchmark, run
 from testbed.benchmarks.soak.sandbox import Ended, Judged, Work, begun, by_command, ended
-from testbed.benchmarks.soak.spoilt import not_whole
+from testbed.benchmarks.soak.spoilt_files import not_whole
 from testbed.formats.yaml_files import yaml_text
 from testbed.report.page import Table
 

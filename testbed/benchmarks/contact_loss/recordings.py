@@ -28,9 +28,9 @@ from testbed.benchmarks.contact_loss.scenes import (
 )
 from testbed.control.gait import Layered
 from testbed.errors import InputError, SimulationFault
-from testbed.estimation.detectors.sample import Watch
+from testbed.estimation.contact_losses import LossRule, nominal_load_n
+from testbed.estimation.detectors.sample import Sampler
 from testbed.estimation.live.chain import ESTIMATED, belief_of, replay_rows
-from testbed.estimation.losses import LossRule, nominal_load_n
 from testbed.formats.arrays import Array
 from testbed.formats.files import write_json
 from testbed.formats.table import read_columns
@@ -160,7 +160,7 @@ def read_tape(folder: Path, model: Path | None = None) -> Tape:
     run = read_robot(folder)
     believed = robot_belief(run, model)
     truth = read_columns(folder / "truth.parquet", dict.fromkeys(TRUE, ""), folder)
-    samples = Watch(belief_of(believed)).samples(replay_rows(run.data, believed))
+    samples = Sampler(belief_of(believed)).samples(replay_rows(run.data, believed))
     columns = np.stack([truth[name] for name in TRUE], axis=1)
     rule = LossRule(nominal_load_n(run.machine))
     true = columns[:, :4], columns[:, 4:8], columns[:, 8:]

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.estimation.losses import LossRule, nominal_load_n
+from testbed.estimation.contact_losses import LossRule, nominal_load_n
 from testbed.formats.arrays import Columns
 from testbed.formats.files import plain
 from testbed.machine.model import Machine
@@ -230,7 +230,9 @@ def loss_rule(simulation: Any) -> LossRule:
     return LossRule(nominal_load_n(simulation.machines.belief), told.loss_share, told.loss_s)
 
 
-def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) -> dict[str, Any]:
+def summary_of_run(
+    simulation: Any, data: Columns, truth: Columns, ending: Ending
+) -> dict[str, Any]:
     """The summary of a Simulation as far as it came; `data` and `truth` are its recorded columns,
     (n,) each.
     """

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError, naming
-from testbed.estimation.losses import LossRule, nominal_load_n
+from testbed.estimation.contact_losses import LossRule, nominal_load_n
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
@@ -25,6 +25,7 @@ from testbed.workflows.estimate import header_of
 
 if TYPE_CHECKING:
     from testbed.recording.axis_header import AnyHeader
+
 
 FOOT = "foot"
 """What the one foot of a rig is called."""
@@ -128,7 +129,7 @@ def _of_axis(
 def _of_robot(
     folder: Path, force: str | None, reference: str | None, model: str | Path | None
 ) -> RecordedFeet:
-    from testbed.estimation.detectors.scale import believed_breakaway_n
+    from testbed.estimation.detectors.foot_scale import believed_breakaway_n
     from testbed.estimation.live.chain import belief_of, replay_rows
     from testbed.recording.robot import read_robot
     from testbed.workflows.estimate import robot_belief

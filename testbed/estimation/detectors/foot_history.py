@@ -71,7 +71,7 @@ FALL = HISTORY.index("own over 10 ms less over 50 ms")
 FREE_FALL = HISTORY.index("carried over 10 ms less over 50 ms")
 QUICK_FALL = HISTORY.index("own over 2 ms less over 10 ms")
 SURELY = HISTORY.index("how sure own is below the loss force")
-TWIST = HISTORY.index("twist of all feet beyond the expected")
+DIAGONAL = HISTORY.index("twist of all feet beyond the expected")
 SPEED = HISTORY.index("size of the piston's speed")
 """Where each of them, or the first of its kind, stands in HISTORY."""
 
@@ -134,7 +134,7 @@ def stirred_on_average(memories: Any, kind: int) -> float:
 
 
 @njit
-def look_back(memories: Any, foot: int, sd: float, unit: float, view: Any) -> None:
+def view_of_history(memories: Any, foot: int, sd: float, unit: float, view: Any) -> None:
     """Into view (len(HISTORY),): what the foot's history says; `sd`: of `own`, N."""
     memory = memories[foot]
     history, means = memory.history, memory.means
@@ -156,6 +156,6 @@ def look_back(memories: Any, foot: int, sd: float, unit: float, view: Any) -> No
     view[FREE_FALL] = math.tanh((settled[0] - settled[1]) / unit)
     view[QUICK_FALL] = math.tanh((means[0, 0] - own_10) / unit)
     view[SURELY] = math.tanh(0.5 * (unit - own_10) / max(sd, SURE * unit))
-    twist = memories[0].beyond - memories[1].beyond - memories[2].beyond + memories[3].beyond
-    view[TWIST] = math.asinh((twist if foot in (0, 3) else -twist) / unit)
+    diagonal = memories[0].beyond - memories[1].beyond - memories[2].beyond + memories[3].beyond
+    view[DIAGONAL] = math.asinh((diagonal if foot in (0, 3) else -diagonal) / unit)
     view[SPEED] = math.log1p(1000.0 * history.speed)
