@@ -13,8 +13,8 @@ loads:
 
     one foot     L_k in [z_k - g_k, z_k + g_k],  L_k >= 0
     four feet    moreover the loads keep the body's balance exactly, so that all four err by one
-                 number, the internal force t that weight and moments leave open: L = L_true + t n, n the
-                 loads without force and moment
+                 number, the internal force t that weight and moments leave open:
+                 L = L_true + t n, n the loads without force and moment
 
 Every load in its set is as likely as any other; the score is the log of the odds of less than a
 loss's force against more, smoothed over a quarter of a loss's shortest time. It has no memory: what

@@ -118,7 +118,7 @@ def test_the_limit_s_sets_hold_the_truth_and_four_feet_know_more_than_one() -> N
     load, width = rng.uniform(0.0, 9000.0, (500, 4)), np.array([700.0, 900.0, 1100.0, 600.0])
     middle = load + rng.uniform(-1.0, 1.0, (500, 4)) * width
     low, high = np.maximum(middle - width, 0.0), middle + width
-    twist = friction_limit.twists(np.zeros((500, 12)))
+    twist = friction_limit.internal_modes(np.zeros((500, 12)))
     assert twist.sum(axis=1) == pytest.approx(0.0, abs=1e-9)
     assert np.sign(twist[0]).tolist() in ([1, -1, -1, 1], [-1, 1, 1, -1])
     below, above = friction_limit.balanced(low, high, load, twist)
