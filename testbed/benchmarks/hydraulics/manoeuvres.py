@@ -96,9 +96,8 @@ def _way(
     points = rng.uniform(0.15, stroke - 0.15, n) + np.cumsum(
         rng.uniform(-1.0, 1.0, (count, n)) * step.get(kind, 0.0), axis=0
     )
-    if (
-        kind == "near vapour pressure"
-    ):  # pulled off the oil with the valve in its dead band, and back
+    # Pulled off the oil with the valve in its dead band, and back.
+    if kind == "near vapour pressure":
         points[1::2] = points[0] + rng.uniform(0.001, 0.006, points[1::2].shape)
     if kind == "sticking":  # rest between the moves
         points[1::2] = points[0:-1:2]

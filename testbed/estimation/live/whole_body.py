@@ -297,9 +297,8 @@ def step_body(row: Any, body: Any, state: Any) -> None:
         axis = state.axes[index]
         readings = row.pressure_a[index], row.pressure_b[index], extension[index]
         loads = loads_of(index, state.last_force[index // 3], arms[index])
-        if (
-            state.in_air[index // 3] >= body.air_dwell
-        ):  # what its cylinders seem to push is friction
+        # What its cylinders seem to push is friction.
+        if state.in_air[index // 3] >= body.air_dwell:
             loads = Loads(0.0, 0.0)
         step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[index], axis)
         joints.position[index] = row.position[index]
