@@ -13,7 +13,7 @@ from testbed.benchmarks.estimators.scores import result, scores
 from testbed.benchmarks.estimators.trials import DITHERED, JUDGE, LIARS, Trial, simulate
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.benchmarks.source_digests import code, digest
-from testbed.errors import InputError
+from testbed.errors import check_one_of
 from testbed.estimation.estimator import estimator_of
 from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.formats.sockets import split_user_class
@@ -47,10 +47,7 @@ class Estimators(Benchmark[Trial]):
     def __post_init__(self) -> None:
         known = dict.fromkeys(trial.kind for trial in RUNS)
         for kind in self.kinds:
-            if kind not in known:
-                raise InputError(
-                    "no such kind of run", field="--kind", value=kind, allowed=", ".join(known)
-                )
+            check_one_of(kind, known, "--kind", "no such kind of run")
         for name in self.own:
             split_user_class(name, field="--estimator")
             estimator_of(name, "--estimator")

@@ -18,7 +18,7 @@ from testbed.benchmarks.soak import bad_conditions, interrupted, spoilt_files
 from testbed.benchmarks.soak.endurance import GROWTH_MB, drilled
 from testbed.benchmarks.soak.sandbox import Judged, forked
 from testbed.envs import ENVIRONMENTS, make
-from testbed.errors import InputError
+from testbed.errors import check_one_of
 from testbed.report.page import Table
 
 # Environments that take random actions: what they show stays finite and in its bounds.
@@ -110,10 +110,7 @@ class Soak(Benchmark[Trial]):
         """Refuse a kind that there is not."""
         kinds = (*KINDS, ACTIONS, DRILLING)
         for kind in self.only:
-            if kind not in kinds:
-                raise InputError(
-                    "no such kind", field="--only", value=kind, allowed=", ".join(kinds)
-                )
+            check_one_of(kind, kinds, "--only", "no such kind")
 
     def cases(self) -> Mapping[str, Trial]:
         """Every trial by its kind and number; the kinds take turns, so that a part of them says
