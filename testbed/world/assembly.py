@@ -14,12 +14,11 @@ from testbed.control.gaits.table import NOTHING_OWN, OwnParts, gait_of
 from testbed.control.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.effects.terms import Hidden
 from testbed.estimation.live.chain import EstimatorChain
-from testbed.estimation.live.expected import Expectation
 from testbed.formats.arrays import Array
 from testbed.laws.drill import DrillLoads
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.recording.rows import DrillKnown
-from testbed.robot.loads.foot_loads import ExpectedLoads
+from testbed.robot.loads.foot_loads import Expectation, ExpectedLoads
 from testbed.robot.model import RobotModel
 from testbed.robot.robot import Robot
 from testbed.scenario.machines import Machines

@@ -12,6 +12,7 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import Hold, scaled, scores_over
+from testbed.estimation.detectors.classical import Cusum, Glr, Momentum
 from testbed.estimation.detectors.combined import Combined, Held, Steady
 from testbed.estimation.detectors.foot_history import BREAK_AWAY
 from testbed.estimation.detectors.learned import (
@@ -23,9 +24,7 @@ from testbed.estimation.detectors.learned import (
     shipped_network,
     views_over,
 )
-from testbed.estimation.detectors.momentum import Momentum
 from testbed.estimation.detectors.sample import OilState, Sample, Sampler, oil_travel
-from testbed.estimation.detectors.statistical import Cusum, Glr
 from testbed.estimation.detectors.table import DETECTORS, LIVE, detector_of
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import belief_of

@@ -4,7 +4,7 @@ and again.
 Feet and body are reckoned in the path frame: parallel to the slope, where the body frame stood at
 the start. What comes next is planned in walk_plan.py, where feet and body may go in footholds.py,
 how fast in pace.py, how a leg swings in swing.py, how its foot finds the ground in
-ground_search.py, how standing feet keep the body level in posture.py, what the ropes do in
+swing.py, how standing feet keep the body level in posture.py, what the ropes do in
 rope_hold.py; this file is the order of events.
 """
 
@@ -17,11 +17,10 @@ import numpy as np
 
 from testbed.control.gait import BelievedStart, Command, Measured
 from testbed.control.gaits.crawl.footholds import Footholds
-from testbed.control.gaits.crawl.ground_search import GroundSearch
 from testbed.control.gaits.crawl.pace import Pace
 from testbed.control.gaits.crawl.posture import Levelling, explained
 from testbed.control.gaits.crawl.rope_hold import RopeHold
-from testbed.control.gaits.crawl.swing import IN_THE_AIR, BodyWay, Doing, Phase
+from testbed.control.gaits.crawl.swing import IN_THE_AIR, BodyWay, Doing, GroundSearch, Phase
 from testbed.control.gaits.crawl.walk_plan import SEAT_S, Stride, WalkPlan
 from testbed.errors import InputError
 from testbed.formats.arrays import Array, Flags

@@ -1,4 +1,5 @@
-"""Sequential tests on the own estimate: CUSUM, a whitened likelihood ratio, two models at once.
+"""Classical detectors: CUSUM, a whitened likelihood ratio, two models at once, a momentum observer,
+a running mean.
 
 CUSUM (Page): the log-likelihood ratio of `no load` against `little load`, added up while it speaks
 for the loss.
@@ -209,3 +210,84 @@ class MultipleModel(CompiledDetector, step=multiple_model_step):
         "chance": 1.0e-6,
         "limit": 4.0,
     }
+
+
+# Momentum observer (De Luca) on the sliding frame: the external force without differentiating the
+# velocity.
+#
+#     r = K ( integral (balance - F_f(v) - r) dt - m v ),   dr/dt = K (F_ext - r)
+#
+# balance = pA A_A - pB A_B + m g, F_f the published friction (5), F_ext the ground's push. The
+# score is -r, N.
+
+
+class MomentumNumbers(Record):
+    """Of the observer."""
+
+    gain = quantity("1/s", "K")
+    mass = quantity("kg", "m: what moves with the vertical joint")
+
+
+class MomentumState(Record):
+    """Of one foot."""
+
+    integral = quantity("N s", "the integral")
+    residual = quantity("N", "r")
+    started = quantity("1", "1 once there was a sample")
+
+
+@njit
+def momentum_step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+    """One sample of one foot."""
+    derived = sample.derived
+    force = derived.balance[foot] - derived.published[foot]
+    momentum = numbers.mass * derived.velocity[foot]
+    if state.started == 0.0:
+        state.integral, state.started = momentum + force / numbers.gain, 1.0
+    else:
+        state.integral += dt_s * (force - state.residual)
+    state.residual = numbers.gain * (state.integral - momentum)
+    return float(-state.residual)
+
+
+class Momentum(CompiledDetector, step=momentum_step):
+    """With the mass of frame and foot."""
+
+    name, text = "momentum", "momentum observer"
+    threshold = 48.5
+    Numbers, State = MomentumNumbers, MomentumState
+    numbers: ClassVar[dict[str, float]] = {"gain": 150.0, "mass": 91.7}
+
+
+# The simplest rival: the own estimate, smoothed. The score is how far that lies below zero, N.
+
+
+class SmoothedNumbers(Record):
+    """Of the mean."""
+
+    mean_time = quantity("s", "time constant")
+
+
+class SmoothedState(Record):
+    """Of one foot."""
+
+    mean = quantity("N", "the load")
+    started = quantity("1", "1 once there was a sample")
+
+
+@njit
+def smoothed_step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+    """One sample of one foot."""
+    own = sample.row.estimate.own[foot]
+    share = dt_s / (numbers.mean_time + dt_s) if state.started != 0.0 else 1.0
+    state.mean, state.started = state.mean + share * (own - state.mean), 1.0
+    return float(-state.mean)
+
+
+class Smoothed(CompiledDetector, step=smoothed_step):
+    """A running mean over 20 ms, as long as a loss must last."""
+
+    name, text = "smoothed", "the own estimate, smoothed over 20 ms"
+    threshold = -467.4
+    Numbers, State = SmoothedNumbers, SmoothedState
+    numbers: ClassVar[dict[str, float]] = {"mean_time": 0.02}
