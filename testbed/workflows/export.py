@@ -1,4 +1,4 @@
-"""A run for other people's viewers: CSV for PlotJuggler, MCAP with Foxglove's schemas; or a film."""
+"""A run for others' viewers: CSV for PlotJuggler, MCAP with Foxglove's schemas, or a film."""
 
 from __future__ import annotations
 
