@@ -105,7 +105,7 @@ OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 """No space, no quota, a file that may not grow, a disk that is only read."""
 
 
-def unwritten(error: BaseException) -> InputError | None:
+def disk_refusal(error: BaseException) -> InputError | None:
     """What an error says of a disk that does not take what is written, wherever that was; None: it
     is another error.
     """

@@ -11,21 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from testbed.formats.arrays import Array
+from testbed.formats.arrays import Array, Columns
+from testbed.machine.names import LEGS, SIDES
 from testbed.machine.urdf_check import lacking
-from testbed.report.motion import Heights, Motion
+from testbed.report.motion import Heights, Motion, heights_around, motion_at
+from testbed.report.page import policy, render, script
 from testbed.robot.robot import Robot
+from testbed.scenario.scenario import Scenario
+from testbed.simulation.metrics import rope_tension_n
 
 if TYPE_CHECKING:
     from markupsafe import Markup
-
-
-from testbed.formats.arrays import Columns
-from testbed.machine.names import LEGS, SIDES
-from testbed.report.motion import heights_around, motion_at
-from testbed.report.page import policy, render, script
-from testbed.scenario.scenario import Scenario
-from testbed.simulation.metrics import rope_tension_n
 
 MM, TEN_N = 1000.0, 0.1
 

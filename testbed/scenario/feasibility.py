@@ -9,6 +9,9 @@ use: they become what they are by default.
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,14 +24,6 @@ from testbed.machine.urdf_check import lacking
 from testbed.scenario.machines import machines_of
 from testbed.scenario.parts import Hydraulics, Robot
 from testbed.scenario.tasks import Chain, Raise
-
-if TYPE_CHECKING:
-    from testbed.scenario.scenario import Scenario
-
-import re
-from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from testbed.scenario.scenario import Scenario

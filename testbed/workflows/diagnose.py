@@ -4,34 +4,24 @@ written.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from testbed.errors import InputError
 from testbed.formats.files import check_file, owned, write_json, write_text
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     from testbed.diagnosis.robot.diagnose import RobotDiagnosis
     from testbed.diagnosis.robot.groups import Balances
+    from testbed.diagnosis.robot.hypotheses import Ledger
+    from testbed.formats.arrays import Array
     from testbed.recording.robot import RobotRecording
     from testbed.robot.robot import Robot
-
-    Array = npt.NDArray[np.float64]
-
-
-import json
-from contextlib import suppress
-from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from testbed.diagnosis.robot.diagnose import RobotDiagnosis
-    from testbed.diagnosis.robot.hypotheses import Ledger
 
 
 Table = tuple[list[str], list[list[str]]]

@@ -25,7 +25,7 @@ import numpy as np
 
 from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
-from testbed.control.distribution.use_program import About, LastPlan, UseProgram, highest_use
+from testbed.control.distribution.use_program import LastPlan, ProgramScale, UseProgram, highest_use
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
 
@@ -171,12 +171,12 @@ class Quadratic:
         )
         return np.asarray(found[:UNKNOWNS] * scale)
 
-    def _about(self, last: _Last, scale: float, now: Balance) -> About:
+    def _about(self, last: _Last, scale: float, now: Balance) -> ProgramScale:
         """|t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken), about the last plan's s_0 and
         n_0.
         """
         tangential = max(sum(last.normals.tolist()) / len(LEGS), 0.02) ** -2
-        return About(
+        return ProgramScale(
             scale=scale,
             lowest=now.scale.force * LOWEST_NORMAL_N * last.lowest / scale,
             highest_pull=now.rope_rating_n / scale,

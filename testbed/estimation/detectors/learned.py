@@ -45,6 +45,7 @@ from testbed.machine.names import LEGS
 # balance can be trusted. What tells one scene from the next (pressures, slope, thrust, longer
 # memories) is left out: with some hundred scenes to learn from, a network learns those by heart.
 
+
 LOADS = ("own", "carried", "balance")
 MEANS_S = (0.002, 0.01, 0.05, 0.3)
 """Time constants of the running means of a load, s."""
@@ -189,7 +190,9 @@ def remember_slowly(row: Any, loads: Any, foot: int, memory: Any, dt: float) -> 
 
 
 @njit
-def look(row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: Any) -> None:
+def update_views(
+    row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: Any
+) -> None:
     """One sample: DataRow, Derived, FootMemory (4) -> views (4, len(VIEW))."""
     unit = numbers.loss_force
     for foot in range(len(LEGS)):
@@ -294,7 +297,7 @@ def _judge(samples: Any, numbers: Any, memories: Any, dt: float, scores: Any) ->
     share = dt / (numbers[0].smooth + dt)
     for n in range(samples.shape[0]):
         sample = samples[n]
-        look(sample.row, sample.derived, numbers[0].scale, memories, dt, views)
+        update_views(sample.row, sample.derived, numbers[0].scale, memories, dt, views)
         for foot in range(len(LEGS)):
             memory, odds = memories[foot], answer(views[foot], numbers[0], wide)
             if memory.judged == 0.0:
@@ -310,7 +313,7 @@ def views_over(samples: Any, scale: Any, memories: Any, dt: float, every: int, o
     """
     views = np.empty((len(LEGS), len(VIEW)))
     for n in range(samples.shape[0]):
-        look(samples[n].row, samples[n].derived, scale[0], memories, dt, views)
+        update_views(samples[n].row, samples[n].derived, scale[0], memories, dt, views)
         if n % every == every - 1 and n // every < out.shape[0]:
             out[n // every] = views
 

@@ -22,6 +22,7 @@ from testbed.robot.robot import LegKinematics
 # Seeking the ground with a foot: how fast, how deep, and when it has been met, by the force
 # estimate alone.
 
+
 TOUCH_SHARE = 0.12
 """A foot has met the ground when its estimated load rises by this share of the robot's load on the
 slope (E).
@@ -190,7 +191,7 @@ class Swing:
 # The pieces that a walk is made of.
 
 
-class Doing(Enum):
+class Activity(Enum):
     """What the robot is at."""
 
     SHIFT = "shift"
@@ -205,7 +206,7 @@ class Doing(Enum):
     """The foot is given time to carry."""
 
 
-IN_THE_AIR = (Doing.UNLOAD, Doing.SWING, Doing.SEARCH)
+IN_THE_AIR = (Activity.UNLOAD, Activity.SWING, Activity.SEARCH)
 """Phases in which the leg is not meant to carry."""
 
 
@@ -226,7 +227,7 @@ class BodyWay:
 class Phase:
     """One piece of the walk."""
 
-    doing: Doing
+    doing: Activity
     duration_s: float
     leg: int = -1
     way: BodyWay | None = None

@@ -11,7 +11,7 @@ import numpy as np
 from testbed.control.gaits.crawl.footholds import Footholds, Swings
 from testbed.control.gaits.crawl.pace import Pace, progress
 from testbed.control.gaits.crawl.rope_hold import RopeHold
-from testbed.control.gaits.crawl.swing import BodyWay, Doing, GroundSearch, Phase, Swing
+from testbed.control.gaits.crawl.swing import Activity, BodyWay, GroundSearch, Phase, Swing
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
@@ -48,7 +48,7 @@ REHEARSED = 8
 
 
 @dataclass(frozen=True)
-class Manner:
+class GaitStyle:
     """What makes a gait one of its own. All numbers (E)."""
 
     creep: float
@@ -65,12 +65,12 @@ class Manner:
     """See Pace."""
 
 
-UNHURRIED = Manner(0.0)
+UNHURRIED = GaitStyle(0.0)
 MANNERS = {
     "two_phase": UNHURRIED,
-    "wave": Manner(0.5),
-    "flowing": Manner(0.6, flows=True),
-    "brisk": Manner(0.6, flows=True, seat_s=0.15, lead_s=0.3, margin=0.6, haste=1.05),
+    "wave": GaitStyle(0.5),
+    "flowing": GaitStyle(0.6, flows=True),
+    "brisk": GaitStyle(0.6, flows=True, seat_s=0.15, lead_s=0.3, margin=0.6, haste=1.05),
 }
 
 
@@ -174,8 +174,8 @@ class WalkPlan:
     def search_phases(self, leg: int, old_m: float, tries: int) -> list[Phase]:
         """Search for the ground and seat the foot."""
         return [
-            Phase(Doing.SEARCH, np.inf, leg, old_m=old_m, tries=tries),
-            Phase(Doing.SEAT, self.manner.seat_s, leg, old_m=old_m, tries=tries),
+            Phase(Activity.SEARCH, np.inf, leg, old_m=old_m, tries=tries),
+            Phase(Activity.SEAT, self.manner.seat_s, leg, old_m=old_m, tries=tries),
         ]
 
     def _group(self, group: list[int], feet: Array, body: Array, middle: Array) -> list[Phase]:
@@ -217,7 +217,7 @@ class WalkPlan:
         return phases
 
     @property
-    def manner(self) -> Manner:
+    def manner(self) -> GaitStyle:
         """What the gait is like on this slope: on a steep one nobody is in a hurry."""
         return self._manner if self._gentle > 0.0 else UNHURRIED
 
@@ -293,7 +293,7 @@ class WalkPlan:
         period = self._task.period_s
         rest = 0.0 if period is None else 0.5 * self._group_size * period
         way = self._way(feet, start, goal, 1.0, max(rest, SHORTEST_SHIFT_S))
-        return Phase(Doing.SHIFT, way.duration_s, way=way)
+        return Phase(Activity.SHIFT, way.duration_s, way=way)
 
     def _way(
         self, feet: Array, start: Array, goal: Array, ease: float, least_s: float = 0.0
@@ -320,8 +320,8 @@ class WalkPlan:
         legs = self._footholds.legs
         swing = self.timed(Swing(legs, leg, start, above, body, body + creep, high), feet)
         return [
-            Phase(Doing.UNLOAD, UNLOAD_S, leg),
-            Phase(Doing.SWING, swing.duration_s, leg, swing=swing),
+            Phase(Activity.UNLOAD, UNLOAD_S, leg),
+            Phase(Activity.SWING, swing.duration_s, leg, swing=swing),
             *self.search_phases(leg, float(place[2]), 1),
         ]
 

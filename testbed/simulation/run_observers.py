@@ -21,7 +21,7 @@ from testbed.formats.sockets import check_fits, user_code
 from testbed.machine.names import LEGS
 
 
-def named(
+def by_name(
     chosen: Iterable[Any], shipped: Callable[[str, str], Any], socket: type, field: str
 ) -> dict[str, Any]:
     """Objects by name: `shipped` makes one of a name, a class is made, an object stays as it is.
@@ -42,7 +42,7 @@ def named(
     return found
 
 
-class Riders:
+class RunObservers:
     """What rides along in one run. `belief`: the run's ChainBelief, shape (1,); `dt_s` between two
     rows.
 
@@ -56,8 +56,8 @@ class Riders:
         belief: NDArray[Any],
         dt_s: float,
     ) -> None:
-        self._detectors = named(detectors, detector_of, Detector, "detectors")
-        self._estimators = named(estimators, estimator_of, Estimator, "estimators")
+        self._detectors = by_name(detectors, detector_of, Detector, "detectors")
+        self._estimators = by_name(estimators, estimator_of, Estimator, "estimators")
         self._watch = Sampler(belief)
         for rider in (*self._detectors.values(), *self._estimators.values()):
             start(rider, dt_s)

@@ -11,7 +11,7 @@ from testbed.errors import InputError
 from testbed.estimation.live.chain import ChainBelief
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow
-from testbed.simulation.riders import Riders, named
+from testbed.simulation.run_observers import RunObservers, by_name
 
 DT_S = 1e-3
 
@@ -49,22 +49,22 @@ def rows(count: int) -> np.ndarray:
     return made
 
 
-def riders(*, detectors: Any = (), estimators: Any = ()) -> Riders:
-    return Riders(detectors, estimators, ChainBelief.zeros(1), DT_S)
+def riders(*, detectors: Any = (), estimators: Any = ()) -> RunObservers:
+    return RunObservers(detectors, estimators, ChainBelief.zeros(1), DT_S)
 
 
 def test_objects_classes_and_names_of_shipped_ones_are_taken() -> None:
     made = object()
-    found = named([Counting, Lighter, "held"], lambda *_: made, Updated, "estimators")
+    found = by_name([Counting, Lighter, "held"], lambda *_: made, Updated, "estimators")
     assert list(found) == ["counting", "Lighter", "held"]
     assert isinstance(found["counting"], Counting) and found["held"] is made
     one = Lighter()
-    assert named([one], str, Updated, "detectors")["Lighter"] is one
+    assert by_name([one], str, Updated, "detectors")["Lighter"] is one
 
 
 def test_the_same_name_twice_is_refused() -> None:
     with pytest.raises(InputError, match="is there twice") as refused:
-        named([Counting, Counting()], str, Updated, "estimators")
+        by_name([Counting, Counting()], str, Updated, "estimators")
     assert "estimators = 'counting'" in str(refused.value)
 
 
