@@ -19,8 +19,7 @@ import yaml
 from testbed.benchmarks.harness import answers
 from testbed.benchmarks.soak import interrupted, sandbox, spoilt_files
 from testbed.benchmarks.soak.bad_conditions import _broken, _with_clock
-from testbed.benchmarks.soak.benchmark import KINDS, Soak
-from testbed.benchmarks.soak.endurance import growth_mb, split
+from testbed.benchmarks.soak.benchmark import KINDS, Soak, growth_mb, split
 from testbed.benchmarks.soak.sandbox import Ended, forked
 from testbed.benchmarks.soak.spoilt_files import damaged, mutated
 from testbed.errors import InputError, SimulationFault

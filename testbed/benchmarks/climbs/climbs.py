@@ -17,8 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.source_digests import code, digest
+from testbed.benchmarks.harness import Answers, Benchmark, code, digest
 from testbed.control.gait import Gait
 from testbed.control.gaits.table import OwnParts
 from testbed.errors import InputError, SimulationFault

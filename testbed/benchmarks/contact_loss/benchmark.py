@@ -25,8 +25,7 @@ from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, scenes
 from testbed.benchmarks.contact_loss.score import Reference, scored, squares
 from testbed.benchmarks.contact_loss.summary import COMMISSIONED, summarise, tables, tuned
 from testbed.benchmarks.contact_loss.warning import outcomes
-from testbed.benchmarks.harness import Answers, Benchmark, answers
-from testbed.benchmarks.source_digests import code, digest
+from testbed.benchmarks.harness import Answers, Benchmark, answers, code, digest
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import Detector
 from testbed.estimation.detectors.table import detector_of

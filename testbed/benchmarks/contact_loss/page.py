@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from testbed import __version__
-from testbed.benchmarks.contact_loss import error_floor, friction_limit
+from testbed.benchmarks.contact_loss import bounds
 from testbed.benchmarks.contact_loss.score import CLASSES
 from testbed.benchmarks.contact_loss.summary import COMMISSIONED
 from testbed.estimation.detectors.learned import Patient
@@ -28,8 +28,8 @@ from testbed.report.style import (
 Tree = dict[str, Any]
 LOOKS: dict[str, tuple[str, str]] = {
     "floor": (BLACK, "-"),
-    friction_limit.ONE: (GREY, ":"),
-    friction_limit.FOUR: (BLACK, "--"),
+    bounds.ONE: (GREY, ":"),
+    bounds.FOUR: (BLACK, "--"),
     "learned": (PURPLE, "-"),
     "patient": (PURPLE, ":"),
     "held": (VERMILION, "-"),
@@ -47,7 +47,7 @@ LOOKS: dict[str, tuple[str, str]] = {
     "multiple_model": (SKY, "--"),
 }
 
-TRADED = (error_floor.NAME, *friction_limit.TEXTS, LIVE, BEST, Patient.name)
+TRADED = (bounds.FLOOR, *bounds.TEXTS, LIVE, BEST, Patient.name)
 """Whose recall is shown at several rates of false alarms."""
 
 

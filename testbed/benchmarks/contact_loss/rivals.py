@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.contact_loss import error_floor, friction_limit
+from testbed.benchmarks.contact_loss import bounds
 from testbed.benchmarks.contact_loss.recordings import Tape
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene
 from testbed.benchmarks.contact_loss.summary import COMMISSIONED
@@ -78,7 +78,7 @@ def rivals(own: Sequence[str] = ()) -> dict[str, str]:
     the user's own.
     """
     shipped = {d.name: d.text for d in DETECTORS} | {SingleForce.name: SingleForce.text}
-    unreal = {error_floor.NAME: error_floor.TEXT} | friction_limit.TEXTS
+    unreal = {bounds.FLOOR: bounds.FLOOR_TEXT} | bounds.TEXTS
     return unreal | shipped | dict.fromkeys(own, "of your own")
 
 
@@ -87,7 +87,7 @@ def shipped_thresholds() -> dict[str, float]:
     it.
     """
     shipped = {d.name: float(d.threshold) for d in DETECTORS}
-    unreal = {error_floor.NAME: error_floor.THRESHOLD} | friction_limit.THRESHOLDS
+    unreal = {bounds.FLOOR: bounds.FLOOR_THRESHOLD} | bounds.THRESHOLDS
     return unreal | shipped | {SingleForce.name: SingleForce.threshold}
 
 
@@ -95,11 +95,11 @@ def scores_of(name: str, tape: Tape, scene: Scene) -> tuple[Array, Hold]:
     """A rival's scores (n, 4) over a scene's tape, and when a foot that it calls lost counts as
     loaded again.
     """
-    if name == error_floor.NAME:
-        path = error_floor.SensorPath.of(scene, tape)
-        return error_floor.floor_scores(tape.normal_n, path, tape.rule, tape.dt_s), error_floor.HOLD
-    if name in friction_limit.TEXTS:
-        return friction_limit.limit_scores(name, tape, scene), friction_limit.HOLDS[name]
+    if name == bounds.FLOOR:
+        path = bounds.SensorPath.of(scene, tape)
+        return bounds.floor_scores(tape.normal_n, path, tape.rule, tape.dt_s), bounds.FLOOR_HOLD
+    if name in bounds.TEXTS:
+        return bounds.limit_scores(name, tape, scene), bounds.HOLDS[name]
     return detector_scores(name, tape)
 
 
@@ -131,10 +131,10 @@ def grid_of(
     grids: dict[str, tuple[float, ...]] = {}
     for name in rivals(own):
         first = (shipped[name],) if name in shipped else ()
-        if name == error_floor.NAME:
+        if name == bounds.FLOOR:
             grids[name] = (*first, *FLOOR_THRESHOLDS)
-        elif name in friction_limit.TEXTS:
-            grids[name] = (*first, *friction_limit.GRID)
+        elif name in bounds.TEXTS:
+            grids[name] = (*first, *bounds.GRID)
         elif name == SingleForce.name or not (every or name in (*COMPARED, *own)):
             grids[name] = first
         else:

@@ -30,7 +30,7 @@ from testbed.benchmarks.contact_loss.recordings import Tape
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, draw
 from testbed.benchmarks.contact_loss.score import CLASSES, NEAR_SHARE, Reference
 from testbed.benchmarks.contact_loss.warning_rule import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
-from testbed.benchmarks.statistics import wilson
+from testbed.benchmarks.harness import wilson
 from testbed.estimation.contact_losses import intervals
 from testbed.formats.arrays import Array
 from testbed.formats.records import SET

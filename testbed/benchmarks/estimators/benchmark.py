@@ -11,8 +11,7 @@ from typing import Any
 from testbed.benchmarks.estimators.page import page, table, targets
 from testbed.benchmarks.estimators.scores import result, scores
 from testbed.benchmarks.estimators.trials import DITHERED, JUDGE, LIARS, Trial, simulate
-from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.source_digests import code, digest
+from testbed.benchmarks.harness import Answers, Benchmark, code, digest
 from testbed.errors import check_one_of
 from testbed.estimation.estimator import estimator_of
 from testbed.estimation.live.uncertainty import Uncertainty
