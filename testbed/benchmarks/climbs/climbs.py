@@ -211,7 +211,7 @@ class Climbs(Benchmark[Climb]):
 
     def without(self) -> tuple[str, ...]:
         """The other benchmarks of this folder."""
-        return ("benchmarks/climbs/expected_loads.py", "benchmarks/climbs/quiet_stand.py")
+        return ("benchmarks/climbs/expected_loads.py", "benchmarks/climbs/stands.py")
 
     def summarise(self, answers: Answers) -> list[Outcome]:
         """Every climb's outcome."""

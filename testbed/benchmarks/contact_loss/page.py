@@ -18,10 +18,10 @@ from testbed.report.style import (
     GREY,
     ORANGE,
     PURPLE,
-    RC,
     SKY,
     VERMILION,
     number_powers,
+    styled_figure,
     svg,
 )
 
@@ -103,12 +103,7 @@ def curves(result: Tree) -> Any:
     """Recall and delay of the detectors that were looked at with many thresholds against their
     false alarms, as a figure.
     """
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context(RC):  # type: ignore[arg-type]
-        figure = Figure(figsize=(9.0, 4.2))
-        recall, delay = figure.subplots(1, 2)
+    with styled_figure(1, 2, (9.0, 4.2)) as (figure, (recall, delay)):
         none_1_h = 0.5 / max(result["hours"], 1e-6)  # where no false alarm at all is drawn
         for entry in result["detectors"]:
             rows = [row for row in entry["curve"] if row[1] is not None]
