@@ -1,5 +1,5 @@
-"""Loads of standing feet: what is known of them with the footing measured under load or known by its
-deviation alone, and what a quiet stand owes to the engine.
+"""Loads of standing feet: what is known of them with the footing measured under load or known by
+its deviation alone, and what a quiet stand owes to the engine.
 
 Three of the four loads' combinations are fixed by equilibrium; the fourth, an internal force that
 loads one diagonal and unloads the other, by heights and compliances. A tenth of a millimetre
