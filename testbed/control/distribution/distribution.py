@@ -184,7 +184,7 @@ class Distribution:
         self._pull: Array | None = None
         self._edges = np.array([np.ones(FEET), np.zeros(FEET)])
         scale = statics.scale
-        self._squeezing = internal_force_state(scale)
+        self._internal_force = internal_force_state(scale)
         self._hidden = HIDDEN * np.tile([scale.moment, scale.force, scale.force], len(LEGS))
         self._inner = self._jacobian = self._whole = self._balanced = np.empty(0)
 
@@ -204,14 +204,16 @@ class Distribution:
         if plan.feasible:
             rope_rates = rope_rates.copy()
             wanted, felt = plan.forces[FEET:], now.measured[FEET:]
-            add_pull(wanted, felt, dt, self._squeezing, self._pull, rope_rates)
+            add_pull(wanted, felt, dt, self._internal_force, self._pull, rope_rates)
             if command.stance.all():
-                begin, rates = self._squeezed(plan, now, dt, begin, rates, measured.position)
+                begin, rates = self._with_internal_force(
+                    plan, now, dt, begin, rates, measured.position
+                )
         return replace(
             command, joints=begin + rates * dt, joint_rates=rates, rope_rates_m_s=rope_rates
         )
 
-    def _squeezed(
+    def _with_internal_force(
         self, plan: Plan, now: Balance, dt: float, begin: Array, rates: Array, position: Array
     ) -> tuple[Array, Array]:
         """Set points (12) and rates (12) that keep the body's motion and squeeze the feet as
@@ -221,7 +223,7 @@ class Distribution:
         measured_n = now.measured  # as it is: a mean over 30 ms makes the loop hunt
         force = np.asarray(self._jacobian.T @ (self._balanced @ (measured_n - plan.forces)))
         rates = rates.copy()
-        by, edges = self._squeezing, self._edges
+        by, edges = self._internal_force, self._edges
         add_internal_force(force, now.compliance, measured_n, plan.forces, dt, by, edges, rates)
         return position + self._whole @ (begin - position), rates
 
