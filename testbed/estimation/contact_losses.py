@@ -175,7 +175,7 @@ def _false_alarms(
         stop = min(end, int(after[0])) if after.size else end
         if after.size and time_s[after[0]] - time_s[start] <= EARLY_S + 1e-9:
             continue
-        grace_s = 0.0 if start > 0 else STANDING_S  # a word that has not been spoken yet
+        grace_s = 0.0 if start > 0 else STANDING_S  # before that the detector has not said anything
         again = np.arange(time_s[start] + grace_s, time_s[stop - 1] + 1e-9, STANDING_S)
         out += np.searchsorted(time_s, again).tolist()
     return out

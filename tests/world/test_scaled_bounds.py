@@ -53,7 +53,7 @@ def test_a_foot_with_half_its_load_is_not_in_the_air() -> None:
     assert body["filter"]["innovation_limit"] < 0.1 * QUARTER_N
 
 
-def test_friction_that_the_contact_word_explains_is_the_machines() -> None:
+def test_friction_that_the_contact_state_explains_is_the_machines() -> None:
     numbers = belief_of(Believed.from_machine(MACHINE, 1e-3))[0]["combined"]
     cylinder = MACHINE.vertical_cylinder
     assert numbers["break_away"] < 2.0 * (cylinder.coulomb_out_n + cylinder.static_out_n)

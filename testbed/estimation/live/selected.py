@@ -71,7 +71,7 @@ def limits_of(detector: Any, field: str) -> Any:
 
 
 def hold_of(detector: Any) -> Hold:
-    """How long a detector's word that a foot is lost is held: its `hold`, else DROP."""
+    """How long a foot that a detector calls lost is held to be: its `hold`, else DROP."""
     found = getattr(detector, "hold", DROP)
     return found if isinstance(found, Hold) else DROP
 

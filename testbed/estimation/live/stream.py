@@ -10,7 +10,7 @@ It is the code of a run and of a recording, and gives the same numbers where eve
 sample no later than the one before is left out. Where samples are missing, what was measured before
 and after is joined by straight lines as soon as the next one comes. A number that is missing (nan)
 stays what it was last. After a gap longer than LONGEST_GAP_S everything starts anew. `known` says
-which feet's words still rest on something.
+which feet's states still rest on a sample.
 """
 
 from __future__ import annotations
