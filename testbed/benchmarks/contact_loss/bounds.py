@@ -14,8 +14,8 @@ S adds up the likelihood ratio of `less than F` against `more`, at most one a sa
 of 2 H samples: as long as a loss must last. b is the only thing that can be learnt of a slow error:
 no load is less than nothing, so what z shows below that is the sensors', and is given back. (To
 learn the level of flights too finds more losses and calls more loaded feet lost, at the same cost.)
-A foot counts as lost from a threshold of S on, and is held as a detector's state is; both are set on
-the tuning scenes for the least cost.
+A foot counts as lost from a threshold of S on, and is held as a detector's state is; both are set
+on the tuning scenes for the least cost.
 
 It leaves out what a decision from a foot's own sensors could not help either, and so stays a floor:
 zeros and gains at the calibration's temperature, which a commissioning finds, undeclared effects
