@@ -66,7 +66,7 @@ class GaitStyle:
 
 
 UNHURRIED = GaitStyle(0.0)
-MANNERS = {
+STYLES = {
     "two_phase": UNHURRIED,
     "wave": GaitStyle(0.5),
     "flowing": GaitStyle(0.6, flows=True),
@@ -103,7 +103,7 @@ class WalkPlan:
         self.ahead = np.array([np.cos(heading), np.sin(heading), 0.0])
         """(3) unit vector of the direction of travel."""
         self._group_size = 1 if task.gait == "wave" else 2
-        self._manner = MANNERS[task.gait]
+        self._style = STYLES[task.gait]
         self.haste = 1.0
         """What somebody wants of it beyond the gait's own; see Pace."""
         self._behind_m = self._reached_m = 0.0
@@ -219,17 +219,17 @@ class WalkPlan:
     @property
     def manner(self) -> GaitStyle:
         """What the gait is like on this slope: on a steep one nobody is in a hurry."""
-        return self._manner if self._gentle > 0.0 else UNHURRIED
+        return self._style if self._gentle > 0.0 else UNHURRIED
 
     @property
     def creep(self) -> float:
         """Share of its way that the body makes while legs swing."""
-        return self._manner.creep * (self._gentle if self._manner.flows else 1.0)
+        return self._style.creep * (self._gentle if self._style.flows else 1.0)
 
     @property
     def enough(self) -> float:
         """Share of the usual margin that is enough."""
-        return 1.0 - (1.0 - self._manner.margin) * self._gentle
+        return 1.0 - (1.0 - self._style.margin) * self._gentle
 
     @property
     def _gentle(self) -> float:
