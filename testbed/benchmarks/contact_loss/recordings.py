@@ -2,8 +2,8 @@
 sensors read.
 
 A scene's folder is an ordinary recording of the robot (`recording.yaml`, `data.parquet`), beside
-`truth.parquet` with
-the true foot forces: `testbed detect FOLDER --reference contact_normal` reads it as any other.
+`truth.parquet` with the true foot forces: `testbed detect FOLDER --reference contact_normal` reads
+it as any other.
 """
 
 from __future__ import annotations

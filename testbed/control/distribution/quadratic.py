@@ -8,9 +8,8 @@ friction is.
 Forces in units of the load. `doubt` is what joints at rest hide of a tangential force: it keeps a
 foot from living on a few hundred newtons that nobody can be sure of. `taken` is what a surge of the
 thrust would take off a foot (none here). As s is sought and not given, no coefficient of friction
-has to be believed, and a plan within the cones is found
-where there is one: the doubt is given up as s passes what poor rock holds, the lowest load where it
-cannot be had.
+has to be believed, and a plan within the cones is found where there is one: the doubt is given up
+as s passes what poor rock holds, the lowest load where it cannot be had.
 
 s * n is not linear: it is taken about the last plan; the plans of following ticks converge.
 use_program.py turns it into the arrays that daqp solves.

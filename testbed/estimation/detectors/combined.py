@@ -3,9 +3,8 @@ milliseconds.
 
 They differ in the friction of a piston that hardly moves: none (`balance`, the middle of the set),
 `own` (memory that drifts to the middle), `carried` (followed through the oil, sample.py). Each is
-wrong by up to the break-away force,
-seldom all the same way: at equal recall the mean calls half as many loaded feet lost as the best of
-them. The score is how far it lies below zero, N.
+wrong by up to the break-away force, seldom all the same way: at equal recall the mean calls half as
+many loaded feet lost as the best of them. The score is how far it lies below zero, N.
 
 A sensor that drifts moves `balance` and `carried` without end, while `own` is held by what the
 whole machine weighs. Friction can tell them apart by no more than the break-away force: what they

@@ -1,10 +1,9 @@
 """Expected foot loads: what each foot should carry, from weight, posture, ropes and drill.
 
 Four feet and six equations: on a plane the normal loads have one degree of freedom that equilibrium
-leaves open (an
-internal force: one diagonal against the other). Compliance and the feet's free heights decide it,
-so every answer comes with its sensitivity to height errors. A foot never pulls; friction is
-Coulomb's.
+leaves open (an internal force: one diagonal against the other). Compliance and the feet's free
+heights decide it, so every answer comes with its sensitivity to height errors. A foot never pulls;
+friction is Coulomb's.
 
 Wrenches are force and moment about the body's origin, body frame, N and N m, acting on the machine.
 """

@@ -3,9 +3,9 @@ and again.
 
 Feet and body are reckoned in the path frame: parallel to the slope, where the body frame stood at
 the start. What comes next is planned in walk_plan.py, where feet and body may go in footholds.py,
-how fast in pace.py, how a leg swings and its foot finds the ground in
-swing.py, how standing feet keep the body level in posture.py, what the ropes do in
-rope_hold.py; this file is the order of events.
+how fast in pace.py, how a leg swings and its foot finds the ground in swing.py, how standing feet
+keep the body level in posture.py, what the ropes do in rope_hold.py; this file is the order of
+events.
 """
 
 from __future__ import annotations

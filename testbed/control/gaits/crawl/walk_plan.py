@@ -41,8 +41,8 @@ holds is taken.
 """
 WAITS = np.linspace(0.0, 1.0, 5)
 """Where the next swings are out of reach, the body falls behind its plan by the first of these
-shares of its next way
-that brings them within reach: on rock a foot does not always stand where it was meant to."""
+shares of its next way that brings them within reach: on rock a foot does not always stand where it
+was meant to."""
 REHEARSED = 8
 """Swings that are planned before the first one is made."""
 
