@@ -13,7 +13,6 @@ import numpy as np
 
 from testbed.errors import InputError
 from testbed.estimation.commissioning import zero_name
-from testbed.estimation.live.uncertainty import areas_m2
 from testbed.formats.arrays import Array, Columns
 from testbed.formats.files import check_space, plain, write_text
 from testbed.formats.yaml_files import write_yaml, yaml_text
@@ -119,7 +118,7 @@ def zero_forces(simulation: Any) -> dict[str, Any]:
     out = {}
     for axis in AXES:
         hidden = simulation.machine.hidden.cylinders[axis]
-        area_a, area_b = areas_m2(simulation.machines.belief.axes[axis])
+        area_a, area_b = simulation.machines.belief.axes[axis].cylinder.areas_m2
         force_n = area_a * hidden.zero_a_pa - area_b * hidden.zero_b_pa
         out[zero_name(axis)] = {"value": force_n, "unit": "N"}
     return out
