@@ -130,7 +130,7 @@ class Statics:
         self._thrust = drill_wrench(model, 1.0)
         self._posture: _Posture | None = None
 
-    def look(self, measured: Measured, stance: Flags) -> Balance:
+    def balance(self, measured: Measured, stance: Flags) -> Balance:
         """The balance now."""
         posture, position = self._posture, measured.position
         if posture is None or np.abs(position - posture.position).max() > POSTURE_STEP:
