@@ -20,7 +20,7 @@ from testbed.scenario.drilling import DrillHole
 from testbed.scenario.events import Event, Expect, LiftFoot, Mutation, Payload, SetRope, Stop, Turn
 from testbed.scenario.machines import machines_of
 from testbed.scenario.possible import check_possible, put_out_of_use
-from testbed.scenario.raw import locate, put, spell_chain
+from testbed.scenario.raw import fill_in, locate, put, spell_chain
 from testbed.scenario.tasks import Chain, Crawl, Drill, Program, RodChange, Stand, Sway, Task
 from testbed.scenario.terrain import Terrain
 from testbed.scenario.world_parts import (
@@ -159,6 +159,7 @@ def load_scenario(
         data["duration_s"] = duration
     spell_chain(data, path)
     locate(data, path)
+    fill_in(data)
     scenario = checked(Scenario, data, path)
     changes = {change.partition("=")[0].strip() for change in overrides}
     if idle := put_out_of_use(scenario, _given(scenario), changes, path):
