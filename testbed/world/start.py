@@ -25,7 +25,12 @@ from testbed.world.ground.terrain import Ground, anchors_in_world
 from testbed.world.undeclared import anchors_of, attachments_of
 
 TRIES, TOUCH_M = 40, 1.0e-6
-"""A foot is brought down onto uneven ground to within this distance."""
+"""What touches the ground at the start touches it to within this distance."""
+
+RAISED_M = 0.05
+"""Mean extension of the vertical cylinders from which on the robot starts on its feet, not on its
+belly.
+"""
 
 TAUT_SHARE = 0.05
 """A rope that has nothing to do is kept taut by this share of the other's tension (E)."""
@@ -48,6 +53,8 @@ class Start:
     """Where people believe the anchors to be; the directions that this gives."""
     surveyed_directions: Array
     rope_tension_n: Array
+    raised: bool
+    """Whether it stands on its feet; else it may lie on its belly."""
     footing: Footing | None
 
 
@@ -73,7 +80,10 @@ def find_start(
     """Place the body parallel to the mean slope, reach the ground with each foot, balance ropes,
     feet and joints.
 
-    Raises InputError where a posture or a foothold is out of a joint's range.
+    Where it lies on its belly, the feet are off the ground as far as they are drawn in.
+
+    Raises InputError where a posture or a foothold is out of a joint's range, or a robot on its
+    feet has another part in the ground.
     """
     rotation = ground.rotation_slope_to_world
     joints = nominal_joints(scenario)
@@ -92,6 +102,9 @@ def find_start(
         position = position - rotation @ np.array([0.0, 0.0, shift])
         joints[list(VERTICAL)] += gaps - shift
         _check_range(joints, model, "terrain")
+    raised = float(np.mean(scenario.robot.vertical_m)) > RAISED_M * parameters.scale.length
+    lift_m = _lift_out(engine, position, rotation, joints, raised)
+    position = position + lift_m * rotation[:, 2]
     undersides = position + model.foot_positions_m(joints) @ rotation.T
     footing = footing_of(scenario.terrain, ground, engine, undersides, tuple(hidden.feet.values()))
     surveyed = anchors_in_world(scenario.ropes, rotation)
@@ -112,7 +125,7 @@ def find_start(
         rope_forces_in_body=tension[:, None] * (directions @ rotation),
         drill_wrench_in_body=rods_wrench(model, drill_known, gravity),
     )
-    forces = loads.force_in_body_n
+    forces = loads.force_in_body_n * (lift_m == 0.0)
     _, jacobians = model.feet(joints)
     hold = model.gravity_forces(joints, gravity)[6:] - np.einsum("lij,li->j", jacobians, forces)
     if (
@@ -132,6 +145,7 @@ def find_start(
         surveyed_anchors_m=surveyed,
         surveyed_directions=_towards(surveyed, drawn),
         rope_tension_n=tension,
+        raised=raised,
         footing=footing,
     )
 
@@ -190,6 +204,32 @@ def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array
             worst = max(worst, abs(gap))
         if worst < TOUCH_M:
             return
+
+
+def _lift_out(
+    engine: Engine, position: Array, rotation: Array, joints: Array, raised: bool
+) -> float:
+    """How far along the slope's normal the robot has to go until only feet are in the ground, m.
+
+    Raises InputError where one that stands on its feet would have to.
+    """
+    lift_m = 0.0
+    for _ in range(TRIES):
+        engine.reset(position + lift_m * rotation[:, 2], rotation, joints)
+        gap_m, link = engine.feet.elsewhere(engine.ground)
+        if gap_m >= -TOUCH_M:
+            break
+        if raised:
+            lowest_m = float(joints[list(VERTICAL)].min())
+            raise InputError(
+                f"the <collision> of {engine.link_names[link]} lies {-1e3 * gap_m:.3g} mm in the "
+                "ground at the start",
+                field="robot.vertical_m",
+                value=round(lowest_m, 4),
+                allowed=f"at least {lowest_m - gap_m:.4g} m",
+            )
+        lift_m -= gap_m
+    return lift_m
 
 
 def _check_range(joints: Array, model: RobotModel, section: str) -> None:
