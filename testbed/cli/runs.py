@@ -130,6 +130,7 @@ def resume(
     raise typer.Exit(run_status(result.summary))
 
 
+@spread
 def sweep(
     file: Annotated[
         str,
@@ -138,6 +139,7 @@ def sweep(
             help="Sweep file, or the name of a shipped one; with --vary a scenario.",
         ),
     ],
+    changes: Changes,
     out: Annotated[
         Path, typer.Option(help="Folder for the runs and results; goes on where it was.")
     ],
@@ -164,12 +166,13 @@ def sweep(
     from testbed.formats.files import write_text
     from testbed.report.console import answer, counting_progress
     from testbed.report.sweep_page import page
-    from testbed.scenario.sweep import load_sweep, sweep_of
+    from testbed.scenario.sweep import FromOutside, load_sweep, sweep_of
     from testbed.simulation.sweep import Share, merge_sweeps, run_sweep, table
     from testbed.simulation.workers import Workers
 
     share, workers = Share.of(shard), Workers(jobs, dask) if dask else Workers.told(jobs)
-    loaded, runs = sweep_of(file, vary) if vary else load_sweep(file)
+    told = FromOutside(changes.set_ or (), changes.seed, changes.duration)
+    loaded, runs = sweep_of(file, vary, told) if vary else load_sweep(file, told)
     if merge:
         results = merge_sweeps(runs, merge, out)
     else:
