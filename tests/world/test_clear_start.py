@@ -97,3 +97,20 @@ def test_each_foot_has_its_own_radius(tmp_path: Path) -> None:
     path.write_text(text[:start] + large)
     assert RobotModel(path).foot_radii_m.tolist() == [0.1, 0.1, 0.1, 0.14]
     assert build_machine(urdf=path).each_leg["rr"].foot_radius_m == pytest.approx(0.14)
+
+
+def test_uneven_legs_hang_as_they_are_drawn_in_where_the_robot_lies(tmp_path: Path) -> None:
+    """One foot is 0.1 m higher than the others, drawn in: on its belly nothing must reach down."""
+    text = resources.urdf().read_text()
+    old = '<origin xyz="0 0 -0.16" rpy="0 0 0" />'
+    at = text.index('name="rl_foot_mount"')
+    assert old in text[at:]
+    path = tmp_path / "own.urdf"
+    path.write_text(text[:at] + text[at:].replace(old, old.replace("-0.16", "-0.06"), 1))
+    scenario = load_scenario("raise_from_belly", [f"robot.urdf={path}"], duration=0.2)
+    with simulate(scenario) as run:
+        run.step(200)
+        assert max(run.truth[f"foot_load_{leg}"].max() for leg in LEGS) == 0.0
+        assert abs(run.rows["position_rl_vertical"]).max() < 1e-3
+    with pytest.raises(InputError, match="terrain"):
+        simulate(load_scenario("stand_flat", [f"robot.urdf={path}", "robot.vertical_m=0.48"]))
