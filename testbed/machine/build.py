@@ -20,8 +20,7 @@ from testbed.machine.folder import NUMBERS, bodies_of_folder, drawing_board, own
 from testbed.machine.frame_groups import SlideLinkage
 from testbed.machine.model import SHIPPED, Machine, shared_path
 from testbed.machine.names import GRAVITY_M_S2, LEGS
-from testbed.machine.provenance import read_quantities
-from testbed.machine.sets import DEFAULT, SetName, machine_set
+from testbed.machine.provenance import DEFAULT, SetName, machine_set, read_quantities
 from testbed.machine.urdf_geometry import differing, urdf_numbers
 
 HOW_TO_AGREE = (

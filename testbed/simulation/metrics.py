@@ -142,7 +142,7 @@ def state_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, Con
 
 def any_bears(truth: Columns, loss_n: float) -> Flags:
     """(N) whether any foot bears at least `loss_n`."""
-    return np.logical_or.reduce([truth[f"contact_normal_{leg}"] >= loss_n for leg in LEGS])
+    return np.any([truth[f"contact_normal_{leg}"] >= loss_n for leg in LEGS], axis=0)
 
 
 def off_its_feet_s(truth: Columns, loss_n: float) -> float:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.control.gaits.hold import Hold
-from testbed.control.measured import Measured
+from testbed.control.gait import Measured
+from testbed.control.gaits.standing import Hold
 from testbed.scenario.tasks import Raise
 from testbed.world.summary import progress
 
