@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.estimation.losses import (
+from testbed.estimation.contact_losses import (
     LOSS_S,
     ContactScore,
     LossRule,
@@ -127,7 +127,7 @@ def _meant(data: Columns, leg: str, start: int, stop: int) -> bool:
 
 def state_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, ContactScore]:
     """How well the contact state of each foot follows its true normal force
-    (estimation/losses.py).
+    (estimation/contact_losses.py).
     """
     return {
         leg: score_contact(
@@ -142,7 +142,8 @@ def state_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, Con
 
 def any_bears(truth: Columns, loss_n: float) -> Flags:
     """(N) whether any foot bears at least `loss_n`."""
-    return np.any([truth[f"contact_normal_{leg}"] >= loss_n for leg in LEGS], axis=0)
+    bears: Flags = np.any([truth[f"contact_normal_{leg}"] >= loss_n for leg in LEGS], axis=0)
+    return bears
 
 
 def off_its_feet_s(truth: Columns, loss_n: float) -> float:
