@@ -155,6 +155,16 @@ def test_a_cluster_that_does_not_answer_leaves_no_folder(
     assert not (tmp_path / "out").exists()
 
 
+def test_without_an_engine_a_sweep_leaves_no_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, "testbed.world.engine", raising=False)
+    monkeypatch.setitem(sys.modules, "pybullet", None)
+    with pytest.raises(InputError, match="PyBullet is not installed"):
+        run_sweep(*load_sweep(_file(tmp_path, "")), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_run_that_another_process_is_at_is_left_alone(tmp_path: Path) -> None:
     sweep, runs = load_sweep(_file(tmp_path, ""))
     out = tmp_path / "out"
