@@ -225,7 +225,7 @@ class ExpectedLoads:
             compliance = self.oil.joint_compliance(positions)
         else:
             compliance = np.asarray(joint_compliance)
-        return Legs(undersides, jacobians, _VERTICAL, self.model.foot_radius_m, compliance)
+        return Legs(undersides, jacobians, _VERTICAL, self.model.foot_radii_m, compliance)
 
     def _ground_under(self, footing: Footing) -> Ground:
         return Ground(
