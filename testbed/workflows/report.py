@@ -39,8 +39,9 @@ def write_report(folder: str | Path, helpers: Drawers | None = None) -> Path:
     with owned(folder, field=None) as path:
         run, report = open_run(path), path / "report.html"
         with _shown(path):
-            drawn = helpers.draw(path) if helpers is not None else None
-            text = page(run, *_of(run), drawn)
+            if helpers is not None:
+                helpers.begin(path)
+            text = page(run, *_of(run), helpers.drawn if helpers is not None else None)
         write_text(report, text)
     return report
 

@@ -18,7 +18,7 @@ from testbed.workflows.drawers import SHORTEST_S, Drawers, drawers
 from testbed.workflows.report import write_report
 
 
-class Camera:
+class Model:
     """A grey picture with one bright corner."""
 
     def picture(self, width: int, height: int) -> np.ndarray:
@@ -26,15 +26,19 @@ class Camera:
         image[: height // 4, : width // 4] = 250
         return image
 
+    def seen(self) -> None: ...
+
+    def show(self, seen: None) -> None: ...
+
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> str:
     folder = write_synthetic_run(tmp_path_factory.mktemp("runs") / "run", 8.0, gain_error_fl=-0.08)
-    album = Album(folder, 8.0, count=4)
-    album.take_large(Camera(), 0.0)
+    album = Album(folder, Model(), 8.0, count=4)
+    album.take_large(0.0)
     for k in range(8):
-        album.take(Camera(), float(k))
-    album.take_large(Camera(), 8.0)
+        album.take(float(k))
+    album.take_large(8.0)
     album.finish()
     return write_report(folder).read_text()
 
@@ -95,9 +99,9 @@ def test_a_killed_run_gets_a_report_too(tmp_path: Path) -> None:
 
 
 def test_pictures_are_taken_at_even_times(tmp_path: Path) -> None:
-    album = Album(tmp_path, 10.0, count=5)
+    album = Album(tmp_path, Model(), 10.0, count=5)
     for k in range(10):
-        album.take(Camera(), float(k))
+        album.take(float(k))
     album.finish()
     assert [t for t, _ in pictures(tmp_path, "small")] == [0.0, 2.0, 4.0, 6.0, 8.0]
     assert pictures(tmp_path, "large") == []
