@@ -52,10 +52,15 @@ def _file_of(module: str) -> Path | None:
 
 
 @cache
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+@cache
 def imported_by(path: Path) -> frozenset[Path]:
     """Files of the package that a file imports at its head."""
     found = set()
-    for origin, names, whole in _IMPORT.findall(path.read_text(encoding="utf-8")):
+    for origin, names, whole in _IMPORT.findall(_text(path)):
         modules = [whole or origin, *(f"{origin}.{name}" for name in re.findall(r"\w+", names))]
         found |= {file for file in map(_file_of, modules) if file is not None}
     return frozenset(found)
@@ -79,7 +84,7 @@ def digest_of_sources(*paths: Path) -> str:
     """
     digest = hashlib.sha256(f"{sys.version_info[:2]} {numba.__version__}".encode())
     for path in sorted(frozenset[Path]().union(*(sources_of(path) for path in paths))):
-        digest.update(f"{path}\0".encode() + path.read_bytes())
+        digest.update(f"{path}\0".encode() + _text(path).encode())
     return digest.hexdigest()[:24]
 
 
