@@ -15,7 +15,7 @@ import re
 import shutil
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, lru_cache
 from pathlib import Path
@@ -52,7 +52,8 @@ def _file_of(module: str) -> Path | None:
 
 
 @cache
-def _text(path: Path) -> str:
+def text_of(path: Path) -> str:
+    """A source, as it was when it was first asked for."""
     return path.read_text(encoding="utf-8")
 
 
@@ -60,7 +61,7 @@ def _text(path: Path) -> str:
 def imported_by(path: Path) -> frozenset[Path]:
     """Files of the package that a file imports at its head."""
     found = set()
-    for origin, names, whole in _IMPORT.findall(_text(path)):
+    for origin, names, whole in _IMPORT.findall(text_of(path)):
         modules = [whole or origin, *(f"{origin}.{name}" for name in re.findall(r"\w+", names))]
         found |= {file for file in map(_file_of, modules) if file is not None}
     return frozenset(found)
@@ -84,7 +85,7 @@ def digest_of_sources(*paths: Path) -> str:
     """
     digest = hashlib.sha256(f"{sys.version_info[:2]} {numba.__version__}".encode())
     for path in sorted(frozenset[Path]().union(*(sources_of(path) for path in paths))):
-        digest.update(f"{path}\0".encode() + _text(path).encode())
+        digest.update(f"{path}\0".encode() + text_of(path).encode())
     return digest.hexdigest()[:24]
 
 
@@ -182,3 +183,16 @@ def fill(out: Any, values: Any) -> None:
     """
     for index in range(out.shape[0]):
         out[index] = values[index]
+
+
+# How the laws of the hydraulics are compiled.
+
+FAST = frozenset({"contract", "arcp", "nsz"})
+"""Fused multiply-add, reciprocals, no care for the sign of zero: nothing that lets NaN or infinity
+get lost.
+"""
+
+
+def njit_law(function: Callable[..., Any] | None = None, **options: Any) -> Any:
+    """`njit` for a law: arithmetic as FAST allows."""
+    return njit(function, fastmath=set(FAST), **options)
