@@ -72,11 +72,11 @@ def _serve(work: Callable[[Any], Any], line: Connection) -> None:
     try:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the run's
         while True:
-            piece = line.recv()
+            piece, answer, failure = line.recv(), None, None
             try:
-                answer = work(piece), None
+                answer = work(piece)
             except Exception as error:
-                answer = None, error
-            line.send(answer)
+                failure = error
+            line.send((answer, failure))
     finally:
         os._exit(0)

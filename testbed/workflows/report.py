@@ -25,6 +25,7 @@ from testbed.simulation.runs import (
 
 if TYPE_CHECKING:
     from testbed.machine.model import Machine
+    from testbed.scenario.scenario import Scenario
     from testbed.scenario.terrain import Terrain
 
 
@@ -153,12 +154,14 @@ SHORTEST_S = 20.0
 class Drawers:
     """Draw: half of a report's pictures by one copy, the others by a copy of that."""
 
-    def __init__(self) -> None:
-        """Make the first copy, and let it load what it needs; what both need is loaded here."""
+    def __init__(self, scenario: Scenario) -> None:
+        """Make the first copy, and let it load what a run of `scenario` needs; what this process
+        needs too is loaded here.
+        """
         import testbed.simulation.live_run  # noqa: F401
 
         self._copy = Copy(_draw)
-        self._copy.begin(None)
+        self._copy.begin(scenario)
 
     def begin(self, folder: Path) -> None:
         """Begin to draw all pictures of the run in `folder`."""
@@ -175,22 +178,22 @@ class Drawers:
 
 
 @contextmanager
-def drawers(simulated_s: float) -> Iterator[Drawers | None]:
-    """Context: Drawers of a run of `simulated_s`; None where it is short or there is one core."""
-    if simulated_s < SHORTEST_S or not can_copy():
+def drawers(scenario: Scenario) -> Iterator[Drawers | None]:
+    """Context: Drawers of a run of `scenario`; None where it is short or there is one core."""
+    if scenario.duration_s < SHORTEST_S or not can_copy():
         yield None
         return
-    them = Drawers()
+    them = Drawers(scenario)
     try:
         yield them
     finally:
         them.close()
 
 
-def _draw(folder: Path | None) -> dict[int, Drawn]:
-    """Number of a picture -> the picture; of no folder it is what all of them need."""
-    if folder is None:
-        _load()
+def _draw(folder: Path | Scenario) -> dict[int, Drawn]:
+    """Number of a picture -> the picture; before there is a folder, load what all of them need."""
+    if not isinstance(folder, Path):
+        _load(folder)
         return {}
     other = Copy(lambda share: _share(folder, share))
     other.begin(1)
@@ -200,16 +203,16 @@ def _draw(folder: Path | None) -> dict[int, Drawn]:
     return drawn
 
 
-def _load() -> None:
+def _load(scenario: Scenario) -> None:
     """The drawing library with its fonts, the machine's kinematics, and what reads a run."""
     import pyarrow.parquet  # noqa: F401
 
-    from testbed.machine.build import build_machine
     from testbed.report.style import new_figure, svg
     from testbed.robot.robot import Robot
+    from testbed.scenario.machines import machines_of
 
     svg(new_figure(1, 2.0)[0], "first")
-    Robot.of(build_machine())
+    Robot.of(machines_of(scenario).truth)
 
 
 def _share(folder: Path, share: int) -> dict[int, Drawn]:

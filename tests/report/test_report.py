@@ -13,6 +13,7 @@ from synthetic_run import write_synthetic_run
 from testbed.report.figures import LETTER_IN, word_places
 from testbed.report.run_parts import friction_use
 from testbed.report.series import busiest, course, envelope, limits
+from testbed.scenario.scenario import load_scenario
 from testbed.simulation.pictures import Album, pictures
 from testbed.workflows.report import SHORTEST_S, Drawers, drawers, write_report
 
@@ -182,7 +183,7 @@ def test_a_foot_uses_all_its_grip_when_its_force_leans_by_the_friction_angle() -
 def test_processes_that_draw_leave_the_same_page(tmp_path: Path) -> None:
     folder = write_synthetic_run(tmp_path / "run", 8.0)
     alone = write_report(folder).read_text()
-    helpers = Drawers()
+    helpers = Drawers(load_scenario("stand_flat"))
     try:
         assert write_report(folder, helpers).read_text() == alone
     finally:
@@ -190,5 +191,5 @@ def test_processes_that_draw_leave_the_same_page(tmp_path: Path) -> None:
 
 
 def test_a_short_run_draws_its_report_itself() -> None:
-    with drawers(SHORTEST_S - 1.0) as helpers:
+    with drawers(load_scenario("stand_flat", duration=SHORTEST_S - 1.0)) as helpers:
         assert helpers is None
