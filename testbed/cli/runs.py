@@ -42,7 +42,7 @@ def run(
     from testbed.workflows.report import drawers
 
     loaded = changes.of(scenario)
-    with drawers(loaded.duration_s) as helpers:
+    with drawers(loaded) as helpers:
         with naming(scenario_path(scenario)), ExitStack() as shown:
             watch = shown.enter_context(_in_the_browser(loaded)) if live else None
             progress = shown.enter_context(run_progress(loaded.duration_s, loaded.name))

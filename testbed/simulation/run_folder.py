@@ -163,15 +163,16 @@ class RunFolder:
         meta = recording_meta(
             scenario, simulation.machines.belief, self._columns[0], surveyed(simulation)
         )
-        self._recorder = RunRecorder(folder, *self._columns, meta)
         copies = not simulation.has_window
-        self._album = Album(folder, scenario.duration_s, copies=copies) if pictures else None
-        self._simulation = simulation
+        self._album = None
+        if pictures:
+            self._album = Album(folder, simulation, scenario.duration_s, copies=copies)
+        self._recorder = RunRecorder(folder, *self._columns, meta)
         self._rows_a_part = max(scenario.rates.record_hz, LEAST_ROWS_A_PART)
         self._waiting: list[tuple[Array, Array]] = []
         self._written_s = time.monotonic()
         if self._album is not None:
-            self._album.take(simulation, 0.0)
+            self._album.take(0.0)
 
     def take(self, data: Array, truth: Array) -> None:
         """The next rows, and a picture where one is due."""
@@ -180,12 +181,12 @@ class RunFolder:
         if waiting >= self._rows_a_part or time.monotonic() - self._written_s > LONGEST_WAIT_S:
             self._write()
         if len(truth) and self._album is not None:
-            self._album.take(self._simulation, float(truth[-1, 0]))
+            self._album.take(float(truth[-1, 0]))
 
     def take_last(self, now_s: float) -> None:
         """The large picture at the run's end."""
         if self._album is not None:
-            self._album.take_large(self._simulation, now_s)
+            self._album.take_large(now_s)
 
     def keep(self, data: Array, truth: Array) -> None:
         """The next rows, of which no picture is taken."""
