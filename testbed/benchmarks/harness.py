@@ -19,8 +19,7 @@ from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from testbed.benchmarks.marks import code, digest, sources
 from testbed.errors import InputError
-from testbed.formats.files import Lines, plain, write_json, write_text
-from testbed.formats.ownership import owned
+from testbed.formats.files import Lines, owned, plain, write_json, write_text
 from testbed.report.console import counting_progress
 from testbed.report.page import Table, markdown
 from testbed.simulation.workers import Workers, work_through

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from testbed.cli import benchmarks, lab, models, policies, recordings, runs
+from testbed.cli import benchmarks, lab, models, recordings, runs
 from testbed.formats.sockets import user_code
 
 
@@ -46,8 +46,8 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "commission": models.commission,
     "diagnose": models.diagnose,
     "loop": models.loop,
-    "train": policies.train,
-    "play": policies.play,
+    "train": models.train,
+    "play": models.play,
     "bench": benchmarks.bench,
     "identify-measured": benchmarks.identify_measured,
     "filters": benchmarks.filters,

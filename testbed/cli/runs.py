@@ -39,7 +39,7 @@ def run(
     from testbed.report.console import print_run, run_progress, run_status, waiting
     from testbed.resources import scenario as scenario_path
     from testbed.simulation.run import run_scenario
-    from testbed.workflows.drawers import drawers
+    from testbed.workflows.report import drawers
 
     loaded = changes.of(scenario)
     with drawers(loaded.duration_s) as helpers:

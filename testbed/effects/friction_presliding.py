@@ -8,10 +8,8 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Coordinate, Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.effects.terms import Coordinate, ForceTerms, Hidden, Observed, Signals, Values
 from testbed.formats.arrays import Array
 from testbed.recording.leg_model import Friction
 

@@ -18,12 +18,18 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.gait import Layered
-from testbed.control.layers.trim import Trim
-from testbed.control.observed import Observed, amounts
+from testbed.control.gait import Layered, Observed, amounts
+from testbed.control.layers import Trim
 from testbed.envs.display import has_display
-from testbed.envs.increments import INCREMENTS, increase, increased
-from testbed.envs.observations import TABLE, Observer, fitted, in_units
+from testbed.envs.observations import (
+    INCREMENTS,
+    TABLE,
+    Observer,
+    fitted,
+    in_units,
+    increase,
+    increased,
+)
 from testbed.envs.randomisation import draw_overrides, named_set
 from testbed.envs.rewards import (
     HOLDING,

@@ -1,10 +1,11 @@
 """One cylinder as an estimator may know it: its sensors corrected, its force, its friction as a
 value and as a set.
 
-    true pressure = (reading - zero - drift t) / (1 + gain)   (laws of sensor.drift_a and
-    sensor.gain_a) piston force = pA A_A - pB A_B
-    F_f(v) = sigma v + sign(v) [F_c0 + F_s0 exp(-|v| / c_s)]   (5), one set of numbers for each
-    sense
+    true pressure = (reading - zero - drift t) / (1 + gain)
+    piston force  = pA A_A - pB A_B
+    F_f(v)        = sigma v + sign(v) [F_c0 + F_s0 exp(-|v| / c_s)]   (5)
+
+The first is the law of sensor.drift_a and sensor.gain_a; (5) has one set of numbers for each sense.
 
 What a model adds to (5) comes as `Conditions`. Used live (a number at a time) and over recordings;
 forces in N along extension, friction positive against extension.

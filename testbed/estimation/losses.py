@@ -10,15 +10,14 @@ either the true load, which this cuts, or a contact channel.
 How a contact state (lost or loaded, sample by sample) is scored:
 
     loss found         the state says lost within FOUND_S of the loss, and before it ends
-    delay              from the loss to the first sample that says so; 0 where the word was right
-    already false alarm        the word turns to lost while the foot carries and goes on to for
-    EARLY_S or more; a word that
-                       stays wrong counts once more every STANDING_S, one that was wrong from the
-                       start too
+    delay              from the loss to the first sample that says so; 0 where it said so already
+    false alarm        the state turns to lost while the foot carries and goes on to carry for
+                       EARLY_S or more; a state that stays wrong counts once more every STANDING_S,
+                       and so does one that was wrong from the start
     missed seconds     the foot is lost and the state says loaded
     false flight       the foot carries and the state says lost
-    touchdown found    a word that said lost says loaded within FOUND_S of the touchdown, and before
-    the next loss
+    touchdown found    a state that said lost says loaded within FOUND_S of the touchdown, and
+                       before the next loss
 """
 
 from __future__ import annotations

@@ -25,8 +25,8 @@ def read_columns(path: Path, wanted: Mapping[str, str], declared_in: Path) -> di
     """The columns named in `wanted` (column -> field that names it), as float64 of equal length.
 
     Of a Parquet file no other column is read; it may be the folder of parts that a killed run
-    leaves.
-    Raises InputError: missing file, broken table, missing column, a column that is not numbers.
+    leaves. Raises InputError: missing file, broken table, missing column, a column that is not
+    numbers.
     """
     names, table = _open(path, wanted)
     out: dict[str, Array] = {}

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from testbed.compiled import njit_law
 from testbed.formats.records import Record, quantity
-from testbed.laws.compiling import njit_law
 
 
 class EndParameters(Record):

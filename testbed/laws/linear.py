@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 
-from testbed.laws.compiling import njit_law
+from testbed.compiled import njit_law
 
 
 @njit_law

@@ -19,9 +19,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from testbed.compiled import njit_law
 from testbed.formats.records import Record, part, quantity
 from testbed.laws.chamber import GAMMA
-from testbed.laws.compiling import njit_law
 from testbed.laws.oil import VAPOUR_PA, OilParameters, enthalpy, specific_volume
 
 CONSTANT, LOAD_SENSING, UNLOADING = 0.0, 1.0, 2.0

@@ -12,8 +12,7 @@ import numpy as np
 
 from testbed.formats.arrays import Array
 from testbed.machine.urdf_check import lacking
-from testbed.report.ground import Heights
-from testbed.report.motion import Motion
+from testbed.report.motion import Heights, Motion
 from testbed.robot.robot import Robot
 
 if TYPE_CHECKING:

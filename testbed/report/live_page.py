@@ -9,8 +9,7 @@ import numpy as np
 from testbed.formats.arrays import Columns
 from testbed.machine.names import LEGS, SIDES
 from testbed.report.animation import arrows, frames, scene
-from testbed.report.ground import heights_around
-from testbed.report.motion import Motion, motion_at
+from testbed.report.motion import Motion, heights_around, motion_at
 from testbed.report.page import policy, render, script
 from testbed.robot.robot import Robot
 from testbed.scenario.scenario import Scenario

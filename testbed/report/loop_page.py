@@ -8,9 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from testbed.machine.names import LEGS
-from testbed.report.page import render
+from testbed.report.page import LEG_NAME, render
 from testbed.report.style import BLUE, GREY, RC, svg
-from testbed.report.words import LEG_NAME
 
 PLACES: Mapping[str, tuple[float, float]] = {
     "body": (0.0, 0.0),

@@ -15,9 +15,8 @@ from testbed.diagnosis.robot.groups import FORCES, LINE
 from testbed.effects import by_name
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
-from testbed.report.page import render
+from testbed.report.page import render, words
 from testbed.report.style import BLUE, GREY, RC, svg
-from testbed.report.words import words
 
 COMPONENTS = ("up the slope, N", "to the left, N", "off the slope, N")
 SHOWN = 8

@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING
 
 from testbed.errors import InputError
 from testbed.formats.checked import Numbers
-from testbed.machine.model import Machine
+from testbed.machine.model import MOST_RINGING, Machine, fastest_rad_s, least_rate_hz
 from testbed.machine.names import LEGS
 from testbed.machine.overridden import check_effective, check_kind
-from testbed.machine.ringing import MOST_RINGING, fastest_rad_s, least_rate_hz
 from testbed.machine.urdf_check import lacking
 from testbed.scenario.machines import machines_of
+from testbed.scenario.parts import Hydraulics, Robot
 from testbed.scenario.tasks import Chain, Raise
-from testbed.scenario.world_parts import Hydraulics, Robot
 
 if TYPE_CHECKING:
     from testbed.scenario.scenario import Scenario

@@ -15,16 +15,14 @@ from testbed.formats.checked import Checked, Sequence, checked, impossible
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.urdf_check import lacking
 from testbed.resources import scenario as scenario_path
-from testbed.scenario.control_parts import Control, Estimator, Model
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.events import Event, Expect, LiftFoot, Mutation, Payload, SetRope, Stop, Turn
 from testbed.scenario.machines import machines_of
-from testbed.scenario.possible import check_possible, put_out_of_use
-from testbed.scenario.raw import locate, put, spell_chain
-from testbed.scenario.tasks import Chain, Crawl, Drill, Program, RodChange, Stand, Sway, Task
-from testbed.scenario.terrain import Terrain
-from testbed.scenario.world_parts import (
+from testbed.scenario.parts import (
+    Control,
+    Estimator,
     Hydraulics,
+    Model,
     OwnMachine,
     Rates,
     Robot,
@@ -32,6 +30,10 @@ from testbed.scenario.world_parts import (
     Sensors,
     Undeclared,
 )
+from testbed.scenario.possible import check_possible, put_out_of_use
+from testbed.scenario.raw import locate, put, spell_chain
+from testbed.scenario.tasks import Chain, Crawl, Drill, Program, RodChange, Stand, Sway, Task
+from testbed.scenario.terrain import Terrain
 
 FORMAT = "roboclimber-scenario/1"
 

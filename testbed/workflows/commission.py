@@ -33,8 +33,7 @@ from testbed.effects.sensor_zero import ZeroA
 from testbed.errors import InputError
 from testbed.estimation.commissioning import Number, Weighed
 from testbed.estimation.live.uncertainty import areas_m2
-from testbed.formats.files import check_file, write_text
-from testbed.formats.ownership import owned
+from testbed.formats.files import check_file, owned, write_text
 from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
 from testbed.recording.leg_model import Parameter

@@ -129,14 +129,14 @@ def _judged(
 ) -> tuple[str, Array, Flags]:
     """The detector's name, contact states and whether they are known, (n, k)."""
     from testbed.estimation.detectors.table import BEST, LIVE
-    from testbed.estimation.live.feet import Feet, force_detector
-    from testbed.estimation.live.judged import Judge
+    from testbed.estimation.live.selected import SelectedDetector
+    from testbed.estimation.live.stream import Feet, force_detector
 
     if feet.robot is not None and options.detector != SingleForce.name:
         name = options.detector or BEST
         rows = feet.robot.rows
         if name != LIVE:  # the chain has judged by that one already
-            Judge(name, feet.robot.belief, "--detector").judge(rows)
+            SelectedDetector(name, feet.robot.belief, "--detector").fill(rows)
         states = rows["contact"].astype(np.float64)
         return name, states, np.ones(states.shape, dtype=bool)
     name = options.detector or SingleForce.name

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from testbed.errors import InputError, extra
 from testbed.formats.arrays import Array
 from testbed.formats.files import check_file, whole
-from testbed.robot.attitude import quaternions_of
+from testbed.robot.model import quaternions_of
 from testbed.simulation.runs import RecordedRun, read_run, run_machines
 
 ENDINGS = (".csv", ".mcap")

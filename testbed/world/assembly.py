@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from testbed.control.gait import BelievedStart, Gait
 from testbed.control.gaits.table import NOTHING_OWN, OwnParts, gait_of
 from testbed.control.thrust import ThrustBound, thrust_bound, thrust_events
-from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Hidden
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.estimation.live.expected import Expectation
 from testbed.formats.arrays import Array

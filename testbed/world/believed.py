@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.effects import by_name, read_believed
-from testbed.effects.hidden import Hidden
 from testbed.effects.robot_attitude import Attitude
 from testbed.effects.robot_centre_of_mass import CentreOfMass
 from testbed.effects.robot_payload import HiddenPayload
 from testbed.effects.rope_attachment import RopeAttachment
 from testbed.effects.rope_direction import RopeDirection
 from testbed.effects.rope_tension_gain import TensionGain
+from testbed.effects.terms import Hidden
 from testbed.errors import InputError, naming
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, body_of

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 from testbed.compiled import njit
 from testbed.control.valve_loop import valve_command
-from testbed.estimation.live.chain_step import step_chain
+from testbed.estimation.live.chain import step_chain
 from testbed.formats.records import Record, part
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.world import plant, sensing
 
 if TYPE_CHECKING:
-    from testbed.scenario.world_parts import Rates
+    from testbed.scenario.parts import Rates
 
 import numpy as np
 

@@ -23,9 +23,7 @@ from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import merged
 from testbed.world.foot_contacts import FootContacts
 from testbed.world.ground.terrain import Ground, ground_shape
-from testbed.world.quiet import quiet
-from testbed.world.rotations import quaternion
-from testbed.world.view import View
+from testbed.world.view import View, quaternion, quiet
 
 _ANGLE, _RATE = itemgetter(0), itemgetter(1)
 NEAR_M = 1.0e-3

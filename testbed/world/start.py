@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Hidden
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
-from testbed.robot.loads.drill_loads import rods_wrench
-from testbed.robot.loads.foot_loads import ExpectedLoads
+from testbed.robot.loads.foot_loads import ExpectedLoads, rods_wrench
 from testbed.robot.model import RobotModel
 from testbed.scenario.scenario import Scenario
 from testbed.world.engine import Engine

@@ -13,7 +13,7 @@ from testbed.formats.records import put
 from testbed.laws.friction import SMALLEST_N
 from testbed.laws.holding import NO_HOLDING
 from testbed.laws.supply import CONSTANT
-from testbed.scenario.world_parts import HYDRAULIC_PARTS
+from testbed.scenario.parts import HYDRAULIC_PARTS
 
 QUICK_RAD_S = 2.0 * math.pi * 1.0e5
 """A second-order part this quick answers within any step."""

@@ -23,7 +23,7 @@ from testbed.benchmarks import marks
 from testbed.benchmarks.harness import LINES, Answers, answers, rounded, run, stored
 from testbed.benchmarks.marks import code, sources
 from testbed.errors import InputError
-from testbed.formats.ownership import owned
+from testbed.formats.files import owned
 
 
 @pytest.fixture

@@ -21,8 +21,8 @@ from testbed.benchmarks.soak import killed, sandbox, spoilt
 from testbed.benchmarks.soak.adversity import _broken, _with_clock
 from testbed.benchmarks.soak.benchmark import KINDS, Soak
 from testbed.benchmarks.soak.endurance import growth_mb, split
-from testbed.benchmarks.soak.mutations import damaged, mutated
 from testbed.benchmarks.soak.sandbox import Ended, forked
+from testbed.benchmarks.soak.spoilt import damaged, mutated
 from testbed.errors import InputError, SimulationFault
 
 TREE = {"a": 1.5, "b": {"c": [1, 2], "d": "word"}, "e": None}

@@ -31,8 +31,8 @@ from testbed.control.gaits.crawl.pace import (
     margin_share,
     progress,
 )
-from testbed.control.gaits.crawl.phases import Doing
 from testbed.control.gaits.crawl.rope_hold import RopeHold
+from testbed.control.gaits.crawl.swing import Doing
 from testbed.control.gaits.crawl.walk_plan import UNHURRIED, Stride
 from testbed.control.gaits.table import gait_of
 from testbed.errors import InputError

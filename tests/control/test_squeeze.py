@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.control.distribution.squeeze import (
+from testbed.control.distribution.distribution import (
     EDGE_LIMIT,
     GAIN_1_S,
     add_pull,

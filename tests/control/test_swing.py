@@ -10,8 +10,7 @@ from shipped import MACHINE
 from walking_machine import LEGS, LOADS, START, TICK, at_the_start, crawl, step
 
 from testbed.control.gaits.crawl.pace import FREE_SHARE, SWING_RAMP, Pace
-from testbed.control.gaits.crawl.phases import Doing
-from testbed.control.gaits.crawl.swing import Swing
+from testbed.control.gaits.crawl.swing import Doing, Swing
 
 ARMS = np.tile([0.19, 1.0, 1.0], 4)
 PACE = Pace(MACHINE, ARMS)

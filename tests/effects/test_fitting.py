@@ -13,11 +13,10 @@ import pytest
 from testbed.diagnosis.leg.hypotheses import narrowed
 from testbed.diagnosis.leg.points import Point, point, start_vector
 from testbed.effects import OF_A_CYLINDER, by_name
-from testbed.effects.fitting import USUAL, ForceResidual, Observed
 from testbed.effects.force_cushion import LEFT_COST
 from testbed.effects.force_periodic import strongest_line
 from testbed.effects.friction_presliding import BENT_M, SOUND_BEND_M, SOUND_COST
-from testbed.effects.terms import Signals
+from testbed.effects.terms import USUAL, ForceResidual, Observed, Signals
 from testbed.estimation.leg.flow import Edge
 from testbed.formats.arrays import Array
 from testbed.recording.known import Known

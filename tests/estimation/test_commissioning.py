@@ -100,7 +100,8 @@ def test_from_the_command_line_a_drawn_machine_finds_itself_and_stands_better_fo
     for name in ("robot.attitude@body.roll", "robot.attitude@body.pitch"):
         assert abs(found["numbers"][name]["value"] - truth[name]["value"]) < 2e-3
     _testbed("estimate", run, "--model", model, "--out", tmp_path / "forces.parquet", "--json")
-    forces = read_columns(tmp_path / "forces.parquet", {"t": "t", "force_fl_n": "load"})
+    file = tmp_path / "forces.parquet"
+    forces = read_columns(file, {"t": "t", "force_fl_n": "load"}, declared_in=file)
     assert len(forces["t"]) == 10_000 and np.isfinite(forces["force_fl_n"]).all()
     again = _testbed(
         "run", "stand_slope_45", "--model", model, "--out", tmp_path / "again", "--json", *drawn

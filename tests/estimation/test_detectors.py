@@ -11,23 +11,26 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.estimation.detectors import derived
 from testbed.estimation.detectors.base import Hold, scaled, scores_over
-from testbed.estimation.detectors.combined import Combined
-from testbed.estimation.detectors.cusum import Cusum
-from testbed.estimation.detectors.glr import Glr
-from testbed.estimation.detectors.held import Held
+from testbed.estimation.detectors.combined import Combined, Held, Steady
 from testbed.estimation.detectors.histories import BREAK_AWAY
-from testbed.estimation.detectors.learned import Learned, Patient, shipped_network, views_over
+from testbed.estimation.detectors.learned import (
+    VIEW,
+    FootMemory,
+    Learned,
+    Patient,
+    ViewNumbers,
+    shipped_network,
+    views_over,
+)
 from testbed.estimation.detectors.momentum import Momentum
-from testbed.estimation.detectors.sample import Sample, Watch
-from testbed.estimation.detectors.steady import Steady
+from testbed.estimation.detectors.sample import OilState, Sample, Watch, oil_travel
+from testbed.estimation.detectors.statistical import Cusum, Glr
 from testbed.estimation.detectors.table import DETECTORS, LIVE, detector_of
-from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import belief_of
 from testbed.estimation.live.contact import ContactState, step
-from testbed.estimation.live.judged import limits_of
+from testbed.estimation.live.selected import limits_of
 from testbed.machine.build import build_machine
 from testbed.recording.rows import METHODS, DataRow
 
@@ -341,10 +344,10 @@ def test_a_small_change_of_load_is_shared_between_oil_and_seal() -> None:
     """Unloading by dF lengthens oil and seal together: the pressures show k_oil / (k_oil + k_seal)
     of it.
     """
-    dp, state = 1.0e4, derived.OilState.zeros()[0]
+    dp, state = 1.0e4, OilState.zeros()[0]
     state["pressure_a"], state["pressure_b"] = 3.0e6, 2.0e6
     valve = _leak_free()["legs"]["valve"][0, 0]
-    travel = derived.oil_travel((-dp, 0.0), 9.0e6, 0.25, state, CYLINDER, valve, 1e-3)
+    travel = oil_travel((-dp, 0.0), 9.0e6, 0.25, state, CYLINDER, valve, 1e-3)
     k_oil = dp * CYLINDER["area_a"] / travel
     assert 4.0e6 < k_oil < 3.0e7
     step = 200.0

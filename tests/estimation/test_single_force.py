@@ -13,7 +13,7 @@ from synthetic_walk import Walk
 from testbed.errors import InputError
 from testbed.estimation.detectors.scale import assumed_breakaway_n, breakaway_n, nominal_load_n
 from testbed.estimation.detectors.single_force import SingleForce
-from testbed.estimation.live.feet import Feet
+from testbed.estimation.live.stream import Feet
 from testbed.estimation.losses import ContactScore, LossRule, intervals, score_contact
 
 

@@ -9,8 +9,7 @@ import pytest
 
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.body_records import BodyBelief, BodyState
-from testbed.estimation.live.learnt import learnt
-from testbed.estimation.live.unilateral import only_push
+from testbed.estimation.live.cylinder_errors import force_error, only_push
 
 MAPS = np.tile(np.eye(3), (4, 1, 1))
 """Cylinders that push straight along the body's axes."""
@@ -24,7 +23,7 @@ def seen(up_n: list[float]) -> tuple[Any, np.ndarray]:
     fu.start(state["fusion"], np.full(len(fu.CONSTANTS), 100.0))
     state["means"]["foot_force"][:, 2] = up_n
     only_push(MAPS, body, state)
-    return state, np.array([up - learnt(3 * k + 2, state) for k, up in enumerate(up_n)])
+    return state, np.array([up - force_error(3 * k + 2, state) for k, up in enumerate(up_n)])
 
 
 def test_a_foot_that_seems_to_pull_carries_nothing_and_its_friction_is_the_reason() -> None:

@@ -10,8 +10,8 @@ from testbed.estimation.losses import LossRule
 from testbed.machine.names import LEGS
 from testbed.scenario.events import Bound, Expect
 from testbed.simulation import metrics
-from testbed.simulation.expectations import unmet
 from testbed.simulation.residuals import beyond_friction, load_residuals, odd_one_out, suspect
+from testbed.simulation.summing_up import unmet
 
 T = np.arange(1000) / 1000.0
 RULE = LossRule(10_000.0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.estimation.live.chain_step import ChainBelief
+from testbed.estimation.live.chain import ChainBelief
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow
 from testbed.simulation.riders import Riders, named

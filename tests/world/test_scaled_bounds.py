@@ -7,10 +7,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from testbed.control.distribution.distribution import add_pull, squeezing
 from testbed.control.distribution.quadratic import Quadratic
-from testbed.control.distribution.squeeze import add_pull, squeezing
 from testbed.control.distribution.statics import NORMALS, Statics
-from testbed.control.measured import Measured
+from testbed.control.gait import Measured
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import belief_of
@@ -20,7 +20,7 @@ from testbed.machine.folder import machine_folder
 from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER
 from testbed.robot.robot import Robot
-from testbed.scenario.drawn import draw_machine
+from testbed.scenario.machines import draw_machine
 from testbed.simulation.residuals import residual_summary
 
 ROBOT = Robot.of(build_machine(folder=machine_folder("quarter_model")))

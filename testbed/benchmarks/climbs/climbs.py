@@ -3,10 +3,10 @@ board, several seeds each.
 
 A run ends when the body has gone its way, the machine is lost, or its time is over. A machine whose
 ropes draw the load too far aside for the stride is given a shorter one, as its crew would; where
-none of STRIDE_SHARES is accepted, the climb is refused. A seed draws
-the machine, the sensors' errors, the true friction and, on rock, the surface; control believes the
-machine on the drawing board, one friction, and knows nothing of the rock but its roughness. A gait
-of one's own climbs the same slopes beside the shipped one.
+none of STRIDE_SHARES is accepted, the climb is refused. A seed draws the machine, the sensors'
+errors, the true friction and, on rock, the surface; control believes the machine on the drawing
+board, one friction, and knows nothing of the rock but its roughness. A gait of one's own climbs the
+same slopes beside the shipped one.
 """
 
 from __future__ import annotations

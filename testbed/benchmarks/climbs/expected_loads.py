@@ -35,10 +35,9 @@ from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
 from testbed.report.page import Table
-from testbed.robot.attitude import rotation_from_attitude
 from testbed.robot.contact.geometry import FootLoads
 from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, drill_wrench
-from testbed.robot.model import RobotModel, attitude_gravity
+from testbed.robot.model import RobotModel, attitude_gravity, rotation_from_attitude
 from testbed.scenario.scenario import load_scenario
 
 SEED = 52_000

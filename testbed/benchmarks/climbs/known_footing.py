@@ -2,10 +2,9 @@
 alone.
 
 Three of the four loads' combinations are fixed by equilibrium; the fourth, an internal force that
-loads one diagonal and unloads the other, by heights and compliances. A
-tenth of a millimetre decides hundreds of newtons, so an encoder cannot tell it: then a load is an
-interval. Where the feet's heights under load are known exactly (a survey, a simulator), it is a
-number.
+loads one diagonal and unloads the other, by heights and compliances. A tenth of a millimetre
+decides hundreds of newtons, so an encoder cannot tell it: then a load is an interval. Where the
+feet's heights under load are known exactly (a survey, a simulator), it is a number.
 """
 
 from __future__ import annotations

@@ -39,6 +39,7 @@ from testbed.compiled import njit
 from testbed.estimation.detectors.base import Hold
 from testbed.estimation.live.uncertainty import areas_m2
 from testbed.estimation.losses import LossRule
+from testbed.formats.arrays import Array
 from testbed.machine.groups import Sensor
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS, VERTICAL
@@ -46,7 +47,6 @@ from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
 from testbed.world.sensing import sensor_records, transduce
 
-Array = NDArray[np.float64]
 NAME, TEXT = "floor", "true load through the sensors' delay and errors"
 THRESHOLD = 0.0
 HOLD = Hold(margin=8.0, dwell_s=0.05)

@@ -24,17 +24,16 @@ that a detector may know more.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.benchmarks.contact_loss.floor import SensorPath
 from testbed.benchmarks.contact_loss.scenes import Scene
 from testbed.benchmarks.contact_loss.tapes import Tape
 from testbed.estimation.detectors.base import Hold
+from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.robot.kinematics import LegKinematics
+from testbed.robot.robot import LegKinematics
 
-Array = NDArray[np.float64]
 ONE, FOUR = "limit_one_foot", "limit_four_feet"
 TEXTS = {
     ONE: "limit: pressures of one foot without error but for friction's set and the sensors'",

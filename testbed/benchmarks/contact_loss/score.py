@@ -21,10 +21,9 @@ from testbed.compiled import njit
 from testbed.estimation.detectors.base import Hold
 from testbed.estimation.live.contact import ContactState, limits_at, step
 from testbed.estimation.losses import LOSS_SHARE, LossRule, follow, intervals
-from testbed.formats.arrays import Flags
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.records import SET
 
-Array = NDArray[np.float64]
 Tree = dict[str, Any]
 CLASSES = ("near", "light", "loaded")
 NEAR_SHARE, LIGHT_SHARE = 2.0 * LOSS_SHARE, 0.16

@@ -19,7 +19,7 @@ from testbed.benchmarks.contact_loss.warning import DEFINITIONS as WARNING_DEFIN
 from testbed.benchmarks.contact_loss.warning import marks as warning_marks
 from testbed.benchmarks.contact_loss.warning import supervisor_marks
 from testbed.benchmarks.statistics import poisson, wilson
-from testbed.control.layers.supervisor import CALM_S
+from testbed.control.layers import CALM_S
 from testbed.estimation.detectors.table import BEST
 from testbed.estimation.losses import EARLY_S, FOUND_S, LOSS_S, LOSS_SHARE, STANDING_S
 from testbed.report.page import Table

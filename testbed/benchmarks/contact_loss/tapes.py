@@ -31,12 +31,12 @@ from testbed.errors import InputError, SimulationFault
 from testbed.estimation.detectors.sample import Watch
 from testbed.estimation.live.chain import ESTIMATED, belief_of, replay_rows
 from testbed.estimation.losses import LossRule, nominal_load_n
+from testbed.formats.arrays import Array
 from testbed.formats.files import write_json
 from testbed.formats.table import read_columns
 from testbed.machine.names import LEGS
 from testbed.recording.robot import read_robot
 
-Array = NDArray[np.float64]
 Tree = dict[str, Any]
 BLOCK_ROWS = 1000
 FACTS = "facts.json"
@@ -78,8 +78,8 @@ def record(scene: Scene, folder: Path) -> Tree:
     """Simulate a scene into `folder`; what is known of it besides. An earlier recording there is
     removed.
     """
-    from testbed.simulation.description import recording_meta
     from testbed.simulation.recorder import RunRecorder
+    from testbed.simulation.run_folder import recording_meta
     from testbed.world.summary import surveyed
 
     drawn, simulation = _within_reach(scene)

@@ -18,9 +18,8 @@ from testbed.control.distribution.controllers import controller
 from testbed.control.distribution.distribution import Controller, Distribution
 from testbed.control.distribution.quadratic import Constraints, Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, UNKNOWNS, Balance, Statics
-from testbed.control.gait import Layered
-from testbed.control.layers.trim import Trim
-from testbed.control.measured import Measured
+from testbed.control.gait import Layered, Measured
+from testbed.control.layers import Trim
 from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import LEGS
 from testbed.scenario.scenario import Scenario

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.hydraulics.balance import balance
-from testbed.benchmarks.hydraulics.creep import creep
+from testbed.benchmarks.hydraulics.balance import balance, creep
 from testbed.benchmarks.hydraulics.free_mass import (
     FREE_MOTIONS,
     MOST_N,
@@ -26,7 +25,7 @@ from testbed.formats.arrays import Array
 from testbed.formats.files import write_text
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.report.page import Table
-from testbed.scenario.world_parts import Rates
+from testbed.scenario.parts import Rates
 
 Piece = tuple[str, float | str]
 """What is checked, and its number, name, seconds or switch."""

@@ -26,7 +26,7 @@ from testbed.compiled import njit
 from testbed.formats.arrays import Array
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
-from testbed.scenario.world_parts import Rates
+from testbed.scenario.parts import Rates
 from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
 

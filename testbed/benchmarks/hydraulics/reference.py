@@ -19,7 +19,7 @@ from testbed.compiled import njit
 from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.model import Machine
-from testbed.machine.sets import SetName
+from testbed.machine.provenance import SetName
 
 if TYPE_CHECKING:
     from testbed.benchmarks.hydraulics.manoeuvres import Manoeuvre

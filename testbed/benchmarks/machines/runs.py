@@ -21,6 +21,7 @@ from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, without
 from testbed.estimation.live.chain import replay_rows
 from testbed.estimation.live.uncertainty import Uncertainty
+from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90
 from testbed.machine.names import LEGS
 from testbed.recording.leg_model import EffectEntry
@@ -28,12 +29,11 @@ from testbed.recording.robot_model import write_robot_model
 from testbed.robot.robot import Robot
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
-from testbed.simulation.truth_machine import truth_machine
+from testbed.simulation.run_folder import truth_machine
 from testbed.workflows.commission import believed, stages
 from testbed.world.believed import OwnBelief, own_belief
 from testbed.world.undeclared import hidden_of
 
-Array = NDArray[np.float64]
 RAISE = "task={kind: raise, start_s: 2, to_m: 0.35, step_m: 0.03, every_s: 4, speed_m_s: 0.02}"
 TASKS: dict[str, tuple[str, tuple[str, ...]]] = {
     "stand": ("stand_slope_45", ("duration_s=20",)),

@@ -16,7 +16,7 @@ import numpy as np
 from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
-from testbed.control.observed import Observed
+from testbed.control.gait import Observed
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS, SIDES
 from testbed.machine.scale import ROBOCLIMBER, Scale

@@ -15,9 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from testbed.control.command import Command
-from testbed.control.gait import BelievedStart
-from testbed.control.measured import Measured
+from testbed.control.gait import BelievedStart, Command, Measured
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
 from testbed.machine.scale import ROBOCLIMBER, Scale

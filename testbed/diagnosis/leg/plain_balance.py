@@ -20,7 +20,7 @@ from testbed.estimation.cylinder import (
     friction_value,
     stribeck_of,
 )
-from testbed.estimation.leg.friction import conditions_over
+from testbed.estimation.leg.balance import conditions_over
 from testbed.recording.leg_model import Friction
 
 Array = npt.NDArray[np.float64]

@@ -2,8 +2,9 @@
 
 A detector is any class with
 
-    update(sample) -> scores (4,): the higher, the surer that the foot has lost its load (`sample`:
-    sample.py)
+    update(sample) -> scores (4,)
+
+(the higher, the surer that the foot has lost its load; `sample`: see sample.py)
 
 and, if it likes, `threshold` (a score from which on a foot counts as lost; `testbed contact-loss`
 sets it), `hold` (a Hold: when a lost foot counts as loaded again), `scaled(force)` (the same for a
@@ -23,11 +24,10 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit_over
 from testbed.estimation.detectors.sample import Sample
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record
 from testbed.formats.sockets import numbers_of
 from testbed.machine.names import LEGS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

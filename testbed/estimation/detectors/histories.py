@@ -26,7 +26,7 @@ SINCE_LOSSES = (1.0, -0.5, 5.0)
 BREAK_AWAY = 2.72
 """What friction explains of a difference of loads, shares of the loss force: 800 N of 294 N."""
 HELD_S, HELD_OWN = 0.005, 0.83
-"""Time constant of the held load, and the weight of `own` in it (held.py)."""
+"""Time constant of the held load, and the weight of `own` in it (combined.py)."""
 LEAST_S, MOST_S, SHARE_S, SPEED_S = 10.0, 2.0, 2.0, 0.05
 """Time constants: of the least and the most that a foot bore; of the share of the time in which it
 was low; of the piston's speed, s (E).

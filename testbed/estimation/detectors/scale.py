@@ -5,11 +5,10 @@ does.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 
-Array = npt.NDArray[np.float64]
 ENDS = (0.5, 99.5)
 """Percentiles between which the force lies, but for outliers (E)."""
 WINDOW_S, WINDOW_SAMPLES, CALM = 0.2, 25, 0.2

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from testbed.effects.terms import Signals
 from testbed.errors import InputError
 from testbed.estimation.leg.balance import piston_force_n
-from testbed.estimation.leg.signals import signals_of
+from testbed.estimation.leg.motion import signals_of
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.records import SET
 from testbed.recording.axis import Recording

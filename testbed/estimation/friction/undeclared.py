@@ -60,9 +60,8 @@ class Unknown:
     """One number that may differ from what is declared, and how the rows' force changes with it.
 
     `column` (m,): change of the force left over per unit. `width`: one tolerance, infinite where
-    nothing is declared.
-    `low`: least change that leaves a number that can be. A `bore_m` or `rod_m` changes as its area,
-    m2.
+    nothing is declared. `low`: least change that leaves a number that can be. A `bore_m` or `rod_m`
+    changes as its area, m2.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """The flow balances of both chambers of a leg, with what the effects make of them.
 
-    r_A = Q_A - A_A v - q_AB - q_hose - V_A (1/beta) dpA/dt,   r_B = Q_B + A_B v + q_AB - V_B
-    (1/beta) dpB/dt
+    r_A = Q_A - A_A v - q_AB - q_hose - V_A (1/beta) dpA/dt
+    r_B = Q_B + A_B v + q_AB - V_B (1/beta) dpB/dt
 
 in m3/s, zero where the model is right.
 """

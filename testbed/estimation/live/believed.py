@@ -18,8 +18,8 @@ from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.cylinder import stribeck_of
 from testbed.estimation.detectors.base import Hold
-from testbed.estimation.detectors.derived import valves_of
-from testbed.estimation.detectors.held import Held
+from testbed.estimation.detectors.combined import Held
+from testbed.estimation.detectors.sample import valves_of
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
@@ -200,7 +200,7 @@ class Believed:
     legs: tuple[Leg, Leg, Leg, Leg]
     valves: NDArray[Any]
     """Valve and oil of each leg as the contact detector believes them: records `Valve`
-    (detectors/derived.py), (4,).
+    (detectors/sample.py), (4,).
     """
     dt_s: float = 1.0e-3
     encoder_resolution_m: float = 1.0e-4

@@ -18,6 +18,7 @@ from testbed.estimation.live.believed import Leg, friction_of
 from testbed.estimation.live.body_records import BodyBelief
 from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty, constants
+from testbed.formats.arrays import Array
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
 from testbed.machine.scale import Scale
@@ -25,7 +26,6 @@ from testbed.recording.leg_model import EffectEntry
 from testbed.robot.linkage import Linkages
 from testbed.robot.model import RobotModel
 
-Array = NDArray[np.float64]
 EVEN = 1.0 / math.sqrt(3.0)
 """One standard deviation of what is anywhere in a set, as a share of the set's half width."""
 
@@ -35,15 +35,8 @@ class OwnTuning:
     """How sure the estimator is of what, and which of its ideas are on. All numbers assumed (E) and
     chosen on runs that no result is taken from; see `testbed estimators`.
 
-    `friction_share`: sliding friction is known to this share; `rest_share`: one standard deviation
-    of friction at rest, as a share of its set's half width, and `fresh_more` of it right after a
-    stop, where load-holding valves keep the oil and friction settles (else EVEN); `rest_alike`: its
-    correlation between feet that have rested for `alike_after_s`: oil that leaks moves it on the
-    same way at all of them; `*_keep_s`: for
-    how long a deviation lasts (the balance's own shorter than friction's: else it takes what a
-    stuck piston hides for an error of the weight); `told_share`: of the filter's standard
-    deviation, what intervals are made of: deviations end where their sets do, so that large ones
-    are rarer than a normal law has them.
+    `*_sd_*` is one standard deviation, `*_share` a share of what its name says, `*_keep_s` for how
+    long a deviation lasts.
     """
 
     rich: bool = True
@@ -67,17 +60,28 @@ class OwnTuning:
     rest_m_s: float = 0.001
     slide_m_s: float = 0.003
     friction_share: float = 0.12
+    """Sliding friction is known to this share."""
     slow_share: float = 0.6
     slow_m_s: float = 0.008
     speed_sd_m_s: float = 0.003
     rest_share: float = 0.3
+    """One standard deviation of friction at rest, of its set's half width; EVEN without
+    load-holding valves.
+    """
     fresh_more: float = 1.5
+    """So much more of it right after a stop, while oil and friction settle."""
     fresh_s: float = 4.0
     sliding_keep_s: float = 0.5
     rest_keep_s: float = 0.3
     rest_alike: float = 0.5
+    """Correlation of friction between feet that have rested for `alike_after_s`: oil that leaks
+    moves it the same way at all of them.
+    """
     alike_after_s: float = 30.0
     body_keep_s: float = 0.3
+    """Of the balance's own error: shorter than friction's, else it takes what a stuck piston hides
+    for an error of the weight.
+    """
     weight_share: float = 0.005
     centre_sd_m: float = 0.01
     rope_share: float = 0.005
@@ -103,6 +107,9 @@ class OwnTuning:
     noise_sd_n: float = 15.0
     moving_sd_n: float = 110.0
     told_share: float = 0.82
+    """Of the filter's standard deviation, what intervals are made of: deviations end where their
+    sets do, so that large ones are rarer than a normal law has them.
+    """
     filter_q_n2: float = 150.0
     filter_r_n2: float = 1500.0
     e_max_n: float = 500.0
@@ -140,10 +147,9 @@ def body_of(
     cylinders.
 
     `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as
-    surveyed at the start;
-    zeros where there are no ropes. `sure`: how sure all this is; None: by the workshop's
-    tolerances. `effects`: of cylinders, believed at the axis of their place, those of vertical ones
-    in `legs` already. `tuning`: as for ROBOCLIMBER.
+    surveyed at the start; zeros where there are no ropes. `sure`: how sure all this is; None: by
+    the workshop's tolerances. `effects`: of cylinders, believed at the axis of their place, those
+    of vertical ones in `legs` already. `tuning`: as for ROBOCLIMBER.
     """
     t = (OwnTuning() if tuning is None else tuning).scaled(machine.scale)
     linkages = Linkages.from_machine(machine)

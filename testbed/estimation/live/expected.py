@@ -5,14 +5,11 @@ drill's controls know.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from testbed.formats.arrays import Array
 from testbed.formats.records import SET
-from testbed.robot.attitude import rotation_from_attitude
-from testbed.robot.loads.drill_loads import known_wrench
-from testbed.robot.loads.foot_loads import ExpectedLoads, Footing
-
-Array = NDArray[np.float64]
+from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, known_wrench
+from testbed.robot.model import rotation_from_attitude
 
 
 class Expectation:

@@ -16,13 +16,20 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.filters import persistent
-from testbed.estimation.live import blame
+from testbed.estimation.live import faulty_sensor
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import Loads, step_axis
-from testbed.estimation.live.learnt import learnt, leg_variance, weigh_cylinder, weigh_leg
-from testbed.estimation.live.shaken import shake
-from testbed.estimation.live.support import carries
-from testbed.estimation.live.unilateral import hangs, learn_in_air, only_push
+from testbed.estimation.live.belly_support import something_else_carries
+from testbed.estimation.live.body_acceleration import add_fast_changes
+from testbed.estimation.live.cylinder_errors import (
+    force_error,
+    hangs,
+    learn_in_air,
+    leg_variance,
+    only_push,
+    weigh_cylinder,
+    weigh_leg,
+)
 from testbed.estimation.live.wrench import (
     View,
     add_force,
@@ -196,11 +203,11 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
         rows[r, fu.BALANCE + r] = 1.0
         variance[r] = body.force_variance if r < 3 else body.moment_variance
     variance[2] += (body.blow_share * row.ordered_thrust) ** 2
-    if carries(rows, wrench, variance[2], body, state):
+    if something_else_carries(rows, wrench, variance[2], body, state):
         return
     slides = slides and state.support.otherwise == 0.0
     if slides:
-        blame.look(rows, wrench, variance, state.fusion)
+        faulty_sensor.take_balance(rows, wrench, variance, state.fusion)
     shows = slides and row.ordered_thrust == 0.0
     for r in range(6):
         learns = 2 <= r < 5 and shows
@@ -361,7 +368,7 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
             map_,
         )
         for j in range(3):
-            off = learnt(3 * index + j, state)
+            off = force_error(3 * index + j, state)
             for r in range(3):
                 force[index, r] -= map_[r, j] * off
         loads[index] = persistent.step(state.filters[index], force[index, 2], body.filter)
@@ -374,7 +381,7 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
         own.x[index], own.y[index] = state.level[index, 0], state.level[index, 1]
         own.x_sd[index], own.y_sd[index] = state.force_sd[index, 0], state.force_sd[index, 1]
     if body.shakes != 0.0:
-        shake(row.specific_force[2], loads, body, state.shaken)
+        add_fast_changes(row.specific_force[2], loads, body, state.shaken)
     for index in range(4):
         load = loads[index]
         state.last_force[index, 2] = row.estimate.own[index] = own.z[index] = load

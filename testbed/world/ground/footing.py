@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from testbed.effects.hidden import HiddenFoot
+from testbed.effects.terms import HiddenFoot
 from testbed.formats.arrays import Array
 from testbed.laws.settlement import settled
 from testbed.machine.names import LEGS

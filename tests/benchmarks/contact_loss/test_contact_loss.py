@@ -14,8 +14,7 @@ import pytest
 from testbed.benchmarks.contact_loss import floor, limit
 from testbed.benchmarks.contact_loss.benchmark import Commissioned, ContactLoss
 from testbed.benchmarks.contact_loss.page import page
-from testbed.benchmarks.contact_loss.published import published
-from testbed.benchmarks.contact_loss.rivals import rivals, shipped_thresholds
+from testbed.benchmarks.contact_loss.rivals import published, rivals, shipped_thresholds
 from testbed.benchmarks.contact_loss.scenes import (
     GROUP,
     MACHINES,

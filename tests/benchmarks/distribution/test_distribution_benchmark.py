@@ -11,9 +11,8 @@ import pytest
 
 from testbed.benchmarks.distribution.benchmark import ForceDistribution
 from testbed.benchmarks.distribution.cases import Case, Outcome, draw_cases
-from testbed.benchmarks.distribution.compare import against_base
 from testbed.benchmarks.distribution.run import breaks, count_losses, possible, run_case
-from testbed.benchmarks.distribution.summary import summarise
+from testbed.benchmarks.distribution.summary import against_base, summarise
 from testbed.benchmarks.harness import LINES, run
 from testbed.benchmarks.marks import code
 from testbed.control.distribution.quadratic import Quadratic

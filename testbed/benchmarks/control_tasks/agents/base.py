@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.observed import Observed
+from testbed.control.gait import Observed
 from testbed.envs.observations import in_units
 from testbed.formats.networks import Network
 

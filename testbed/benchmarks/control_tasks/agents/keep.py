@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.benchmarks.control_tasks.agents.base import Readings, Vector
-from testbed.control.layers.shift import SHIFT_SPEED_M_S
+from testbed.control.layers import SHIFT_SPEED_M_S
 from testbed.envs.keep import DIAGONAL, HAUL_M_S, RAISE_M_S
 from testbed.envs.observations import KEEP_TABLE
 from testbed.formats.arrays import Array, Flags

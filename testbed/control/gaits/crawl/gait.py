@@ -4,7 +4,7 @@ and again.
 Feet and body are reckoned in the path frame: parallel to the slope, where the body frame stood at
 the start. What comes next is planned in walk_plan.py, where feet and body may go in footholds.py,
 how fast in pace.py, how a leg swings in swing.py, how its foot finds the ground in
-ground_search.py, how standing feet keep the body level in levelling.py, what the ropes do in
+ground_search.py, how standing feet keep the body level in posture.py, what the ropes do in
 rope_hold.py; this file is the order of events.
 """
 
@@ -15,17 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from testbed.control.command import Command
-from testbed.control.gait import BelievedStart
+from testbed.control.gait import BelievedStart, Command, Measured
 from testbed.control.gaits.crawl.footholds import Footholds
 from testbed.control.gaits.crawl.ground_search import GroundSearch
-from testbed.control.gaits.crawl.levelling import Levelling
 from testbed.control.gaits.crawl.pace import Pace
-from testbed.control.gaits.crawl.phases import IN_THE_AIR, BodyWay, Doing, Phase
-from testbed.control.gaits.crawl.reach import explained
+from testbed.control.gaits.crawl.posture import Levelling, explained
 from testbed.control.gaits.crawl.rope_hold import RopeHold
+from testbed.control.gaits.crawl.swing import IN_THE_AIR, BodyWay, Doing, Phase
 from testbed.control.gaits.crawl.walk_plan import SEAT_S, Stride, WalkPlan
-from testbed.control.measured import Measured
 from testbed.errors import InputError
 from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import LEGS, ROTATION, VERTICAL

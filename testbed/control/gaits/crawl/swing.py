@@ -7,6 +7,7 @@ foot still rises and when it already comes down, but not before it is clear of t
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from testbed.control.gaits.crawl.pace import SWING_RAMP, Pace, progress
 from testbed.formats.arrays import Array
 from testbed.machine.names import ROTATION, VERTICAL
-from testbed.robot.kinematics import LegKinematics
+from testbed.robot.robot import LegKinematics
 
 CLEAR = 0.3
 """Share of the time of rising after which the foot goes over, and of the time of coming down at
@@ -101,3 +102,54 @@ class Swing:
         """(3) joints of this leg with its foot at `foot` (3), body frame."""
         own = slice(ROTATION[self.leg], VERTICAL[self.leg] + 1)
         return np.asarray(self.legs.joints(np.tile(foot, (4, 1)))[own])
+
+
+# The pieces that a walk is made of.
+
+
+class Doing(Enum):
+    """What the robot is at."""
+
+    SHIFT = "shift"
+    """All feet stand; the body goes its way to the end."""
+    UNLOAD = "unload"
+    """A foot is taken off the ground, gently."""
+    SWING = "swing"
+    """The foot goes over to its next place."""
+    SEARCH = "search"
+    """The foot is lowered until it meets the ground."""
+    SEAT = "seat"
+    """The foot is given time to carry."""
+
+
+IN_THE_AIR = (Doing.UNLOAD, Doing.SWING, Doing.SEARCH)
+"""Phases in which the leg is not meant to carry."""
+
+
+@dataclass(frozen=True)
+class BodyWay:
+    """A straight way of the body. Places are (3,) in the path frame, m."""
+
+    start: Array
+    end: Array
+    duration_s: float
+
+    def at(self, t: float) -> Array:
+        """(3) where the body is meant to be t seconds after it set off."""
+        return np.asarray(self.start + progress(t / self.duration_s) * (self.end - self.start))
+
+
+@dataclass
+class Phase:
+    """One piece of the walk."""
+
+    doing: Doing
+    duration_s: float
+    leg: int = -1
+    way: BodyWay | None = None
+    """The way that the body sets off on when the phase begins; None: it goes on as it was."""
+    swing: Swing | None = None
+    old_m: float = 0.0
+    """Height of the old foothold, path frame: a search begins above it and ends below it."""
+    tries: int = 1
+    """Which search for this foothold it is, or was before this seat."""

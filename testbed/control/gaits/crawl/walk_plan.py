@@ -11,9 +11,8 @@ import numpy as np
 from testbed.control.gaits.crawl.footholds import Footholds, Swings
 from testbed.control.gaits.crawl.ground_search import GroundSearch
 from testbed.control.gaits.crawl.pace import Pace, progress
-from testbed.control.gaits.crawl.phases import BodyWay, Doing, Phase
 from testbed.control.gaits.crawl.rope_hold import RopeHold
-from testbed.control.gaits.crawl.swing import Swing
+from testbed.control.gaits.crawl.swing import BodyWay, Doing, Phase, Swing
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
