@@ -80,7 +80,7 @@ def _clocked(problem: Problem) -> Coordinate:
         -most,
         most,
         0.1 * sample_s,
-        moves=MOVED_BY_EDGES,
+        moves=("flow",),
         prior=(0.0, usual),
     )
 

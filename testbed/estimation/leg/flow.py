@@ -127,10 +127,10 @@ def flow_balance(
     """
     pressure_a, pressure_b = signals.pressure_a_pa, signals.pressure_b_pa
     assert pressure_a is not None and pressure_b is not None
+    supply = _supply_pa(signals, terms, open_, edge)
     if edge.late_s:
         index = np.arange(len(open_), dtype=np.float64)
         open_ = np.interp(index - edge.late_s * signals.rate_hz, index, open_)
-    supply = _supply_pa(signals, terms, open_, edge)
     leak: Array | float = 0.0
     if terms.leakage_m3_s_pa:
         drop = pressure_a - pressure_b
