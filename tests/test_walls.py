@@ -186,7 +186,7 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
     }
     both = {name for name in _callers("machines_of") if not name.startswith("benchmarks/")}
     assert both == {
-        "scenario/possible.py",
+        "scenario/feasibility.py",
         "scenario/scenario.py",
         "world/simulation.py",
         "simulation/replay.py",

@@ -128,9 +128,9 @@ def main() -> None:
 
 def _report(error: Exception) -> int:
     """One line on standard error; returns the exit status."""
-    from testbed.errors import InputError, SimulationFault, unwritten
+    from testbed.errors import InputError, SimulationFault, disk_refusal
 
-    error = unwritten(error) or error
+    error = disk_refusal(error) or error
     if isinstance(error, InputError):
         line, status = str(error), 2
     elif hasattr(error, "format_message"):  # the command line itself could not be read

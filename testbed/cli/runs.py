@@ -219,7 +219,7 @@ def view(
         raise InputError("shows one run", field=field, value=len(folders), allowed="1 RUN")
     if video is not None:
         from testbed.report.console import working
-        from testbed.workflows.film import film
+        from testbed.workflows.export import film
 
         with working("filming") as tell:
             print(film(folders[0], video, tell))

@@ -113,8 +113,8 @@ class Presliding(Effect):
 
     def price(self, values: Values, observed: Observed) -> float:
         """Every seal bends by some hundredths of a millimetre before it slips, and on a leg whose
-        friction at rest
-        counts as a set that is no finding: what one costs that bends by less than SOUND_BEND_M.
+        friction at rest counts as a set that is no finding: what one costs that bends by less than
+        SOUND_BEND_M.
         """
         if observed.kind != "vertical-leg":
             return 0.0

@@ -41,7 +41,7 @@ from testbed.envs.rewards import (
     term_weights,
     truth_of_step,
 )
-from testbed.errors import InputError
+from testbed.errors import InputError, check_one_of
 from testbed.formats.arrays import Array, Flags
 from testbed.machine.model import Machine
 from testbed.recording.rows import DataRow, TruthRow
@@ -110,10 +110,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             raise InputError(
                 "no such mode", field="render_mode", value=render_mode, allowed="human, rgb_array"
             )
-        if observations not in ("flat", "dict"):
-            raise InputError(
-                "no such form", field="observations", value=observations, allowed="flat, dict"
-            )
+        check_one_of(observations, ("flat", "dict"), "observations", "no such form")
         if step_ms < TICK_MS or step_ms % TICK_MS:
             raise InputError(
                 "must be whole control ticks",

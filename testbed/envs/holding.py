@@ -6,8 +6,8 @@ from testbed.envs.base import RoboclimberEnv
 
 
 class StandEnv(RoboclimberEnv):
-    """`Roboclimber/Stand-v0`: the scenario stand_slope_45, undisturbed."""
+    """`Roboclimber/Stand-v0`: the scenario stand_slope_45 as an environment."""
 
 
 class DrillEnv(RoboclimberEnv):
-    """`Roboclimber/Drill-v0`: the scenario drill_slope_45."""
+    """`Roboclimber/Drill-v0`: the scenario drill_slope_45 as an environment."""

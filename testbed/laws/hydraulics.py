@@ -21,7 +21,7 @@ import numpy as np
 from testbed.compiled import njit_law
 from testbed.formats.records import Record, part, quantity
 from testbed.laws.chamber import begin, close_step, first_stage, kept_by_hoses, second_stage
-from testbed.laws.ends import EndParameters, ExtraForces, end_force, extra_force
+from testbed.laws.end_stops import EndParameters, ExtraForces, end_force, extra_force
 from testbed.laws.friction import SealParameters, SealState, friction_step
 from testbed.laws.oil import ATMOSPHERE_PA, OilNear, OilParameters
 from testbed.laws.supply import (

@@ -8,7 +8,7 @@ from typing import Any
 
 from testbed.compiled import njit_law
 from testbed.formats.records import Record, quantity
-from testbed.laws.linear import lag_weights, second_order
+from testbed.laws.second_order import lag_weights, second_order
 
 
 class TransducerParameters(Record):

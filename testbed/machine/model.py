@@ -290,9 +290,8 @@ def _group(
         return checked(kind, values, file)
     except InputError as error:
         field = ".".join(filter(None, [section, error.field]))
-        value = (
-            None if isinstance(error.value, Mapping) else error.value
-        )  # a whole group says nothing
+        # A whole group says nothing.
+        value = None if isinstance(error.value, Mapping) else error.value
         raise InputError(
             error.problem, file=file, field=field or None, value=value, allowed=error.allowed
         ) from error

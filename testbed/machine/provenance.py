@@ -14,7 +14,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from testbed.errors import InputError
+from testbed.errors import InputError, check_one_of
 from testbed.formats.yaml_files import read_yaml
 
 MARKS = {
@@ -97,14 +97,7 @@ def _quantity(item: Mapping[str, Any], file: str, path: str) -> Quantity:
             field=path,
             allowed="value, unit, mark, source",
         )
-    if item.get("mark") not in tuple(MARKS):
-        raise InputError(
-            "has no valid mark",
-            file=file,
-            field=path,
-            value=item.get("mark"),
-            allowed=", ".join(MARKS),
-        )
+    check_one_of(item.get("mark"), tuple(MARKS), path, "has no valid mark", file)
     for word in ("unit", "source"):
         if not (item.get(word) and isinstance(item[word], str)):
             raise InputError(

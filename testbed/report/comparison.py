@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from testbed.estimation.losses import loss_force_n
+from testbed.estimation.contact_losses import loss_force_n
 from testbed.formats.arrays import Array
-from testbed.formats.tree import flattened
+from testbed.formats.yaml_files import flattened
 from testbed.machine.names import LEGS, SIDES
 from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 from testbed.report.console import summary_rows

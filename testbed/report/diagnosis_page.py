@@ -26,7 +26,7 @@ from testbed.estimation.leg.motion import signals_of
 from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording
 from testbed.report.page import render, words
-from testbed.report.style import BLUE, GREY, RC, VERMILION, svg
+from testbed.report.style import BLUE, GREY, VERMILION, styled_figure, svg
 
 # Figures of a diagnosis: residuals before and after, and the evidence for each hypothesis; SVG
 # text.
@@ -48,8 +48,6 @@ def residual_figure(diagnosis: Diagnosis, recording: Recording) -> str:
     """Force residual of one recording against time, position, velocity and pressure A: refit grey,
     after blue.
     """
-    import matplotlib.pyplot as plt
-
     mask = moving(recording, diagnosis.models["refit"])
     signals = signals_of(recording, diagnosis.models["refit"].known)
     at = np.flatnonzero(mask)
@@ -71,10 +69,7 @@ def residual_figure(diagnosis: Diagnosis, recording: Recording) -> str:
         force_residual(recording, diagnosis.models["after"])[at],
     )
     limit = 1.15 * float(np.percentile(np.abs(before), 99)) if len(before) else 1.0
-    with plt.rc_context(RC):  # type: ignore[arg-type]
-        figure, panels = plt.subplots(
-            1, len(axes_of), figsize=(2.6 * len(axes_of), 2.2), sharey=True
-        )
+    with styled_figure(1, len(axes_of), (2.6 * len(axes_of), 2.2), sharey=True) as (figure, panels):
         for panel, (label, x) in zip(panels, axes_of, strict=True):
             panel.plot(x, before, ".", ms=1.6, color=GREY, label="refit", rasterized=True)
             panel.plot(x, after, ".", ms=1.6, color=BLUE, label="after", rasterized=True)
@@ -82,17 +77,13 @@ def residual_figure(diagnosis: Diagnosis, recording: Recording) -> str:
             panel.set_ylim(-limit, limit)
         panels[0].set_ylabel("force residual, N")
         _legend(figure, panels[0], 4.0)
-        text = svg(figure, f"force-{recording.name}")
-        plt.close(figure)
-    return text
+        return svg(figure, f"force-{recording.name}")
 
 
 def flow_figure(diagnosis: Diagnosis, recording: Recording) -> str | None:
     """Flow residuals of A and B against time, refit grey, after blue; None where the rig has no
     flow balance.
     """
-    import matplotlib.pyplot as plt
-
     if not diagnosis.problem.with_flow:
         return None
     series = series_of([recording], diagnosis.models["refit"].known)[0]
@@ -101,8 +92,7 @@ def flow_figure(diagnosis: Diagnosis, recording: Recording) -> str | None:
         flow_residual(series, diagnosis.models["refit"]),
         flow_residual(series, diagnosis.models["after"]),
     )
-    with plt.rc_context(RC):  # type: ignore[arg-type]
-        figure, panels = plt.subplots(1, 2, figsize=(9.0, 2.0), sharey=True)
+    with styled_figure(1, 2, (9.0, 2.0), sharey=True) as (figure, panels):
         for panel, name, earlier, later in zip(panels, "AB", before, after, strict=True):
             limit = 1.3e6 * float(np.percentile(np.abs(earlier), 99.5))
             panel.plot(
@@ -115,20 +105,15 @@ def flow_figure(diagnosis: Diagnosis, recording: Recording) -> str | None:
             panel.set(title=f"chamber {name}", xlabel="time, s")
         panels[0].set_ylabel("flow residual, cm³/s")
         _legend(figure, panels[0])
-        text = svg(figure, f"flow-{recording.name}")
-        plt.close(figure)
-    return text
+        return svg(figure, f"flow-{recording.name}")
 
 
 def evidence_figure(diagnosis: Diagnosis, rows: list[tuple[str, float]]) -> str:
     """Held-out log-likelihood that each single hypothesis gains over the refit, on a symmetric-log
     axis.
     """
-    import matplotlib.pyplot as plt
-
     chosen = set(diagnosis.verdict.chosen.names)
-    with plt.rc_context(RC):  # type: ignore[arg-type]
-        figure, panel = plt.subplots(figsize=(6.2, 0.24 * len(rows) + 0.7))
+    with styled_figure(1, 1, (6.2, 0.24 * len(rows) + 0.7)) as (figure, panel):
         for index, (name, gain) in enumerate(reversed(rows)):
             panel.barh(
                 index,
@@ -140,9 +125,7 @@ def evidence_figure(diagnosis: Diagnosis, rows: list[tuple[str, float]]) -> str:
         panel.set_xscale("symlog", linthresh=10.0)
         panel.set_xlabel("gain of held-out log-likelihood over the refit")
         figure.tight_layout()
-        text = svg(figure, "evidence")
-        plt.close(figure)
-    return text
+        return svg(figure, "evidence")
 
 
 HEADLINES = {

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from testbed.estimation.losses import intervals
+from testbed.estimation.contact_losses import intervals
 from testbed.formats.arrays import Array, Columns, Flags
 from testbed.formats.records import SET
 from testbed.machine.names import LEGS, SIDES

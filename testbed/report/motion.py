@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from testbed.estimation.losses import loss_force_n
+from testbed.estimation.contact_losses import loss_force_n
 from testbed.formats.arrays import Array, Columns
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.robot.model import rotations_of

@@ -2,15 +2,14 @@
 the console and the pages show.
 
 What comes from data is escaped by the template engine. A page may run no script but this folder's
-`animation.js`, and
-loads nothing: its content-security policy says so to the browser.
+`animation.js`, and loads nothing: its content-security policy says so to the browser.
 """
 
 from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -20,8 +19,6 @@ from testbed.formats.yaml_files import read_mapping
 
 if TYPE_CHECKING:
     from markupsafe import Markup
-
-from collections.abc import Sequence
 
 # What things are called, and what the words mean: one list for console, report and documentation.
 

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from testbed.estimation.contact_losses import loss_force_n
 from testbed.formats.arrays import Array, Columns
-from testbed.machine.names import JOINTS, LEGS
+from testbed.machine.names import AXES, JOINTS, LEGS, SIDES
+from testbed.report import figures
 from testbed.report.figures import Events, over_time
-from testbed.report.motion import Heights, Motion, footholds, support
-from testbed.report.series import course, envelope
+from testbed.report.motion import (
+    Heights,
+    Motion,
+    footholds,
+    frame_rows,
+    heights_around,
+    motion_at,
+    recorded,
+    support,
+)
+from testbed.report.series import busiest, course, envelope
 from testbed.report.style import (
     BLACK,
     BLUE,
@@ -21,27 +34,13 @@ from testbed.report.style import (
     add_legend,
     new_figure,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-from testbed.estimation.losses import loss_force_n
-from testbed.machine.names import AXES, SIDES
-from testbed.report import figures
-from testbed.report.motion import frame_rows, heights_around, motion_at, recorded
-from testbed.report.series import busiest
 from testbed.robot.robot import Robot
 from testbed.scenario.terrain import Terrain
 from testbed.simulation.metrics import methods, stability_margin, tilt_deg
 from testbed.simulation.residuals import Suspect, best_method, load_residuals
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 

@@ -24,8 +24,8 @@ from testbed.report.page import LEG_NAME, method_name
 from testbed.report.style import LEG_COLOUR
 from testbed.robot.model import quaternions_of, rotations_of
 from testbed.robot.robot import Robot
+from testbed.robot.urdf.drawing import COLOURS, Shape
 from testbed.robot.urdf.drawn import Hanging, drawn
-from testbed.robot.urdf.shapes import COLOURS, Shape
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.scenario.terrain import Patch

@@ -17,6 +17,7 @@ from testbed.machine.urdf_check import lacking
 from testbed.resources import scenario as scenario_path
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.events import Event, Expect, LiftFoot, Mutation, Payload, SetRope, Stop, Turn
+from testbed.scenario.feasibility import check_feasible, overruled_fields
 from testbed.scenario.machines import machines_of
 from testbed.scenario.parts import (
     Control,
@@ -30,7 +31,6 @@ from testbed.scenario.parts import (
     Sensors,
     Undeclared,
 )
-from testbed.scenario.possible import check_possible, put_out_of_use
 from testbed.scenario.raw import locate, put, spell_chain
 from testbed.scenario.tasks import Chain, Crawl, Drill, Program, RodChange, Stand, Sway, Task
 from testbed.scenario.terrain import Terrain
@@ -163,10 +163,10 @@ def load_scenario(
     locate(data, path)
     scenario = checked(Scenario, data, path)
     changes = {change.partition("=")[0].strip() for change in overrides}
-    if idle := put_out_of_use(scenario, _given(scenario), changes, path):
+    if idle := overruled_fields(scenario, _given(scenario), changes, path):
         scenario = checked(Scenario, _without(scenario, idle), path)
     scenario = _on_its_slope(scenario)
-    check_possible(scenario, path)
+    check_feasible(scenario, path)
     return scenario
 
 

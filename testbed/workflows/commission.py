@@ -47,9 +47,11 @@ if TYPE_CHECKING:
     from testbed.scenario.scenario import Scenario
 
 LONGEST_S = 600.0
+"""Of all recordings of a commissioning together."""
 ROPES_STAGE = "commissioning_slope"
-ROPES_PULL_AT = {f"traction_{side}" for side in SIDES}
 """The second stage of a commissioning that is given as a scenario on level ground."""
+ROPES_PULL_AT = {f"traction_{side}" for side in SIDES}
+"""Links that a machine without ropes lacks."""
 NEVER_SHOWN = (
     "zeros of either chamber's sensor by itself",
     "bows and hystereses of pressure sensors",

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from testbed.errors import InputError
-from testbed.estimation.detectors import scale as scales
+from testbed.estimation.contact_losses import LOSS_S, LOSS_SHARE, LossRule, intervals, score_contact
+from testbed.estimation.detectors import foot_scale as scales
 from testbed.estimation.detectors.single_force import SingleForce
-from testbed.estimation.losses import LOSS_S, LOSS_SHARE, LossRule, intervals, score_contact
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.files import check_file
 from testbed.formats.records import SET
-from testbed.workflows.feet import RecordedFeet, carrying_of, read_feet
+from testbed.workflows.recorded_feet import RecordedFeet, carrying_of, read_feet
 
 MOST_LOSS_S = 10.0
 

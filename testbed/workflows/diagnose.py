@@ -4,34 +4,24 @@ written.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from testbed.errors import InputError
 from testbed.formats.files import check_file, owned, write_json, write_text
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     from testbed.diagnosis.robot.diagnose import RobotDiagnosis
     from testbed.diagnosis.robot.groups import Balances
+    from testbed.diagnosis.robot.hypotheses import Ledger
+    from testbed.formats.arrays import Array
     from testbed.recording.robot import RobotRecording
     from testbed.robot.robot import Robot
-
-    Array = npt.NDArray[np.float64]
-
-
-import json
-from contextlib import suppress
-from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from testbed.diagnosis.robot.diagnose import RobotDiagnosis
-    from testbed.diagnosis.robot.hypotheses import Ledger
 
 
 Table = tuple[list[str], list[list[str]]]
@@ -215,10 +205,10 @@ def balances_of_run(
 def _measured(run: RobotRecording, model: Path | None) -> tuple[Mapping[str, Array], Robot, Array]:
     """A recording's columns, the robot as it believes itself to be, its surveyed ropes (2, 3)."""
     from testbed.workflows.estimate import survey_of
-    from testbed.world.believed import own_belief
+    from testbed.world.believed_robot import believed_robot
 
     survey = survey_of(run.header.surveyed, run.file)
-    robot = survey.robot(own_belief(run.machine, model).machine)
+    robot = survey.robot(believed_robot(run.machine, model).machine)
     return run.data, robot, survey.ropes_in_world
 
 

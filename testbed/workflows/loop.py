@@ -51,7 +51,7 @@ def close_loop(
 
 def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
     from testbed.scenario.scenario import load_scenario
-    from testbed.simulation.summing_up import elsewhere, hidden_effects, hidden_numbers
+    from testbed.simulation.run_summary import elsewhere, hidden_effects, hidden_numbers
     from testbed.workflows.diagnose import Wanted, diagnose_folder
 
     scenario = load_scenario(name)

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import sys
 from collections.abc import Container, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,18 +30,6 @@ from testbed.simulation.runs import (
 if TYPE_CHECKING:
     from testbed.machine.model import Machine
     from testbed.scenario.terrain import Terrain
-    from testbed.workflows.report import Drawers
-
-
-import os
-import signal
-import sys
-from concurrent.futures import Future, ProcessPoolExecutor
-from multiprocessing import get_context
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from testbed.report.run_report import Drawn
 
 
 def write_report(folder: str | Path, helpers: Drawers | None = None) -> Path:
@@ -128,7 +121,7 @@ def _shown(folder: Path) -> Iterator[None]:
 
 def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
     """What can be said of a run that was killed before it was summed up."""
-    from testbed.estimation.losses import LossRule, nominal_load_n
+    from testbed.estimation.contact_losses import LossRule, nominal_load_n
     from testbed.simulation.metrics import run_metrics
 
     scenario = _settings(run.folder)

@@ -158,9 +158,8 @@ class Engine:
             self.bullet.changeDynamics(self.robot, link, lateralFriction=g.friction)
             self.bullet.changeDynamics(self.robot, link, restitution=0.0)
             self.bullet.changeDynamics(self.robot, link, maxJointVelocity=1e4)
-            if (
-                link >= 0
-            ):  # end stops live in the hydraulics; the engine's would push unseen, and keep on at 1, -1
+            # End stops live in the hydraulics; the engine's would push unseen and keep on at 1, -1.
+            if link >= 0:
                 self.bullet.changeDynamics(
                     self.robot, link, jointLowerLimit=-10.0, jointUpperLimit=10.0
                 )
@@ -170,10 +169,11 @@ class Engine:
             self.bullet.changeDynamics(body, link, contactProcessingThreshold=NEAR_M)
         for leg in range(len(LEGS)):
             self.set_footing(leg, g.friction, g.stiffness_n_m, g.damping_n_s_m)
+        # The product of both bodies' friction counts.
         for ground in (
             self.ground,
             *self._foot_grounds,
-        ):  # the product of both bodies' friction counts
+        ):
             self.bullet.changeDynamics(ground, -1, lateralFriction=1.0)
             self.bullet.changeDynamics(ground, -1, restitution=0.0)
         self.bullet.setJointMotorControlArray(

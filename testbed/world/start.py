@@ -114,9 +114,8 @@ def find_start(
     forces = loads.force_in_body_n
     _, jacobians = model.feet(joints)
     hold = model.gravity_forces(joints, gravity)[6:] - np.einsum("lij,li->j", jacobians, forces)
-    if (
-        scenario.robot.height_offset_m == 0.0
-    ):  # press each foot in as deep as the ground gives under its load
+    # Press each foot in as deep as the ground gives under its load.
+    if scenario.robot.height_offset_m == 0.0:
         joints[list(VERTICAL)] += np.maximum(forces[:, 2], 0.0) / (
             ground.stiffness_n_m if footing is None else footing.stiffness_n_m
         )

@@ -22,7 +22,7 @@ from testbed.control.distribution.corrected import Corrected
 from testbed.control.distribution.distribution import self_balanced
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, Balance, Statics
-from testbed.control.distribution.use_program import About, LastPlan, UseProgram
+from testbed.control.distribution.use_program import LastPlan, ProgramScale, UseProgram
 from testbed.control.gait import Command, Measured
 from testbed.control.layers import OFFSET_SPEED_M_S, Trim, haul, hauling
 from testbed.errors import InputError
@@ -143,7 +143,7 @@ def test_the_program_is_the_one_that_it_is_said_to_be_and_solved(legs: tuple[int
         np.array([-0.01, -0.02, 0.0, 0.01]),
     )
     sharing = Quadratic()
-    about = About(scale, 0.02, 0.8, 0.01, 0.4, 0.38, 30.0, 1.5, 0.02, 4.0)
+    about = ProgramScale(scale, 0.02, 0.8, 0.01, 0.4, 0.38, 30.0, 1.5, 0.02, 4.0)
     found = UseProgram(sharing._use_rows).solve(now, LastPlan(normals, pull, taken), about)
     rows, high = [], []
     for leg in legs:

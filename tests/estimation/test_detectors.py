@@ -12,8 +12,9 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import Hold, scaled, scores_over
+from testbed.estimation.detectors.classical import Cusum, Glr, Momentum
 from testbed.estimation.detectors.combined import Combined, Held, Steady
-from testbed.estimation.detectors.histories import BREAK_AWAY
+from testbed.estimation.detectors.foot_history import BREAK_AWAY
 from testbed.estimation.detectors.learned import (
     VIEW,
     FootMemory,
@@ -23,9 +24,7 @@ from testbed.estimation.detectors.learned import (
     shipped_network,
     views_over,
 )
-from testbed.estimation.detectors.momentum import Momentum
-from testbed.estimation.detectors.sample import OilState, Sample, Watch, oil_travel
-from testbed.estimation.detectors.statistical import Cusum, Glr
+from testbed.estimation.detectors.sample import OilState, Sample, Sampler, oil_travel
 from testbed.estimation.detectors.table import DETECTORS, LIVE, detector_of
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import belief_of
@@ -325,7 +324,7 @@ def _carried(load: np.ndarray, friction: np.ndarray) -> np.ndarray:
     force = load + friction - weight
     rows["pressure_a"] = ((force + 2.0e6 * CYLINDER["area_b"]) / CYLINDER["area_a"])[:, None]
     rows["pressure_b"], rows["position"], rows["supply_pressure"] = 2.0e6, 0.25, 9.0e6
-    return np.array(Watch(_leak_free()).samples(rows)["derived"]["carried"][:, 0])
+    return np.array(Sampler(_leak_free()).samples(rows)["derived"]["carried"][:, 0])
 
 
 @pytest.mark.parametrize("before", [-700.0, 0.0, 800.0])
@@ -366,5 +365,5 @@ def test_a_believed_drift_of_a_sensor_is_taken_out_of_what_detectors_look_at() -
     rows = DataRow.zeros(10_000)
     rows["pressure_a"] = (3.0e6 + 1.0e5 * 1e-3 * np.arange(10_000))[:, None]
     rows["pressure_b"], rows["position"], rows["supply_pressure"] = 2.0e6, 0.25, 9.0e6
-    balance = Watch(belief).samples(rows)["derived"]["balance"][:, 0]
+    balance = Sampler(belief).samples(rows)["derived"]["balance"][:, 0]
     assert np.ptp(balance) < 1.0

@@ -17,8 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.marks import code, digest
+from testbed.benchmarks.harness import Answers, Benchmark, code, digest
 from testbed.control.gait import Gait
 from testbed.control.gaits.table import OwnParts
 from testbed.errors import InputError, SimulationFault
@@ -212,7 +211,7 @@ class Climbs(Benchmark[Climb]):
 
     def without(self) -> tuple[str, ...]:
         """The other benchmarks of this folder."""
-        return ("benchmarks/climbs/expected_loads.py", "benchmarks/climbs/quiet_stand.py")
+        return ("benchmarks/climbs/expected_loads.py", "benchmarks/climbs/stands.py")
 
     def summarise(self, answers: Answers) -> list[Outcome]:
         """Every climb's outcome."""

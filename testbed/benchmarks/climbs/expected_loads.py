@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.climbs.known_footing import (
+from testbed.benchmarks.climbs.stands import (
     fixed_combinations,
     heights_under_load,
     load_interval_n,
@@ -259,7 +259,7 @@ class ExpectedLoadStands(Benchmark[int]):
 
     def without(self) -> tuple[str, ...]:
         """The other benchmarks of this folder."""
-        return ("benchmarks/climbs/climbs.py", "benchmarks/climbs/quiet_stand.py")
+        return ("benchmarks/climbs/climbs.py", "benchmarks/climbs/stands.py")
 
     def summarise(self, answers: Answers) -> dict[str, float]:
         """See scores."""

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.contact_loss.page import curves, page
+from testbed.benchmarks.contact_loss.recordings import Tape, facts_of, read_tape, record
 from testbed.benchmarks.contact_loss.rivals import (
     grid_of,
     published,
@@ -23,10 +24,8 @@ from testbed.benchmarks.contact_loss.rivals import (
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, scenes
 from testbed.benchmarks.contact_loss.score import Reference, scored, squares
 from testbed.benchmarks.contact_loss.summary import COMMISSIONED, summarise, tables, tuned
-from testbed.benchmarks.contact_loss.tapes import Tape, facts_of, read_tape, record
 from testbed.benchmarks.contact_loss.warning import outcomes
-from testbed.benchmarks.harness import Answers, Benchmark, answers
-from testbed.benchmarks.marks import code, digest
+from testbed.benchmarks.harness import Answers, Benchmark, answers, code, digest
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import Detector
 from testbed.estimation.detectors.table import detector_of

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.contact_loss import floor, limit
+from testbed.benchmarks.contact_loss import bounds
+from testbed.benchmarks.contact_loss.recordings import Tape
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene
 from testbed.benchmarks.contact_loss.summary import COMMISSIONED
-from testbed.benchmarks.contact_loss.tapes import Tape
 from testbed.estimation.detectors.base import Hold, scores_over, start
+from testbed.estimation.detectors.foot_scale import believed_breakaway_n
 from testbed.estimation.detectors.learned import Patient
-from testbed.estimation.detectors.scale import believed_breakaway_n
 from testbed.estimation.detectors.single_force import SingleForce
 from testbed.estimation.detectors.table import BEST, DETECTORS, LIVE, detector_of
 from testbed.estimation.live.selected import hold_of
@@ -78,7 +78,7 @@ def rivals(own: Sequence[str] = ()) -> dict[str, str]:
     the user's own.
     """
     shipped = {d.name: d.text for d in DETECTORS} | {SingleForce.name: SingleForce.text}
-    unreal = {floor.NAME: floor.TEXT} | limit.TEXTS
+    unreal = {bounds.FLOOR: bounds.FLOOR_TEXT} | bounds.TEXTS
     return unreal | shipped | dict.fromkeys(own, "of your own")
 
 
@@ -87,7 +87,7 @@ def shipped_thresholds() -> dict[str, float]:
     it.
     """
     shipped = {d.name: float(d.threshold) for d in DETECTORS}
-    unreal = {floor.NAME: floor.THRESHOLD} | limit.THRESHOLDS
+    unreal = {bounds.FLOOR: bounds.FLOOR_THRESHOLD} | bounds.THRESHOLDS
     return unreal | shipped | {SingleForce.name: SingleForce.threshold}
 
 
@@ -95,11 +95,11 @@ def scores_of(name: str, tape: Tape, scene: Scene) -> tuple[Array, Hold]:
     """A rival's scores (n, 4) over a scene's tape, and when a foot that it calls lost counts as
     loaded again.
     """
-    if name == floor.NAME:
-        path = floor.SensorPath.of(scene, tape)
-        return floor.floor_scores(tape.normal_n, path, tape.rule, tape.dt_s), floor.HOLD
-    if name in limit.TEXTS:
-        return limit.limit_scores(name, tape, scene), limit.HOLDS[name]
+    if name == bounds.FLOOR:
+        path = bounds.SensorPath.of(scene, tape)
+        return bounds.floor_scores(tape.normal_n, path, tape.rule, tape.dt_s), bounds.FLOOR_HOLD
+    if name in bounds.TEXTS:
+        return bounds.limit_scores(name, tape, scene), bounds.HOLDS[name]
     return detector_scores(name, tape)
 
 
@@ -131,10 +131,10 @@ def grid_of(
     grids: dict[str, tuple[float, ...]] = {}
     for name in rivals(own):
         first = (shipped[name],) if name in shipped else ()
-        if name == floor.NAME:
+        if name == bounds.FLOOR:
             grids[name] = (*first, *FLOOR_THRESHOLDS)
-        elif name in limit.TEXTS:
-            grids[name] = (*first, *limit.GRID)
+        elif name in bounds.TEXTS:
+            grids[name] = (*first, *bounds.GRID)
         elif name == SingleForce.name or not (every or name in (*COMPARED, *own)):
             grids[name] = first
         else:

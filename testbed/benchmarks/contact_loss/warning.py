@@ -5,8 +5,8 @@ A warning speaks of the two seconds after it, and is judged only while there is 
 of:
 
 - the foot has been in contact for the last 0.5 s; else the alarm has spoken, and it is `late`;
-- it came true only if a loss of that foot (estimation/losses.py) begins within the 2 s; other
-  warnings are false, those whose load fell below twice the force of a loss told apart as `near`;
+- it came true only if a loss of that foot (estimation/contact_losses.py) begins within the 2 s;
+  other warnings are false; those whose load fell below twice the force of a loss are `near`;
 - every warning counts, also a second one of the same fall;
 - feet that bore LIGHT_SHARE of the nominal load in the last 2 s count; lighter feet are told apart.
 
@@ -26,12 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.contact_loss import warning_rule as rule
+from testbed.benchmarks.contact_loss.recordings import Tape
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, draw
 from testbed.benchmarks.contact_loss.score import CLASSES, NEAR_SHARE, Reference
-from testbed.benchmarks.contact_loss.tapes import Tape
 from testbed.benchmarks.contact_loss.warning_rule import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
-from testbed.benchmarks.statistics import wilson
-from testbed.estimation.losses import intervals
+from testbed.benchmarks.harness import wilson
+from testbed.estimation.contact_losses import intervals
 from testbed.formats.arrays import Array
 from testbed.formats.records import SET
 from testbed.scenario.tasks import Drill

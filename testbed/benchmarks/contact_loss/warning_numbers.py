@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
+from testbed.benchmarks.contact_loss.recordings import Tape, facts_of, read_tape
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, draw
 from testbed.benchmarks.contact_loss.score import NEAR_SHARE, Reference
-from testbed.benchmarks.contact_loss.tapes import Tape, facts_of, read_tape
 from testbed.benchmarks.contact_loss.warning import (
     added_up,
     looked_at,

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from testbed.benchmarks.statistics import rms
+from testbed.benchmarks.harness import rms
 from testbed.errors import InputError
 from testbed.estimation.friction.identification import identify_rig
 from testbed.estimation.leg.force import MOVING_M_S, estimate

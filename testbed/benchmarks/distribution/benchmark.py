@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from testbed.benchmarks.distribution.cases import Case, Outcome, draw_cases
-from testbed.benchmarks.distribution.run import ORACLE, run_case
+from testbed.benchmarks.distribution.run import ORACLE, Case, Outcome, draw_cases, run_case
 from testbed.benchmarks.distribution.summary import (
     against_table,
     short,
@@ -21,8 +20,7 @@ from testbed.benchmarks.distribution.summary import (
     table,
     write_figure,
 )
-from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.marks import PACKAGE, code, digest
+from testbed.benchmarks.harness import PACKAGE, Answers, Benchmark, code, digest
 from testbed.control.distribution.controllers import CONTROLLERS, controller
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.errors import InputError

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.distribution.cases import Case, Outcome
+from testbed.benchmarks.distribution.run import Case, Outcome
 from testbed.formats.arrays import Array, Flags
 from testbed.report.page import Table
 from testbed.report.style import BLUE, GREY, RC, VERMILION, WIDTH_IN

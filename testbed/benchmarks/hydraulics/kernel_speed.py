@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.benchmarks.harness import rms
 from testbed.benchmarks.hydraulics.reference import (
     N_AXIS,
     Amplifiers,
@@ -21,7 +22,6 @@ from testbed.benchmarks.hydraulics.reference import (
     machine_of_both,
     pack,
 )
-from testbed.benchmarks.statistics import rms
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
 from testbed.laws.hydraulics import AxisInput, hydraulic_step

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from testbed.benchmarks.harness import rms
 from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.figure_06 import in_the_air
 from testbed.benchmarks.paper.figure_08 import velocity
 from testbed.benchmarks.paper.figure_11 import SLOW_M_S, external_force
 from testbed.benchmarks.paper.leg import RATE_HZ
-from testbed.benchmarks.statistics import rms
 from testbed.estimation.filters import persistent
 from testbed.estimation.live.believed import Tuning
 from testbed.formats.arrays import Array

@@ -81,7 +81,7 @@ def taken_by_thrust(now: Balance) -> Array:
 #
 # The weights beside this file were made by the command in their entry `made_by`.
 
-SHIPPED = Path(__file__).with_suffix(".npz")
+SHIPPED = Path(__file__).with_name("learned.npz")
 """The shipped policy."""
 ACTIONS = 6
 """Loads of the four feet and pulls of the two ropes."""

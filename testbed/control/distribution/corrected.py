@@ -118,9 +118,8 @@ class Corrected(Quadratic):
         wanted[NORMALS] += more[: len(LEGS)]
         wanted[ROPES] = np.maximum(wanted[ROPES] + more[len(LEGS) :], 0.0)
         beyond = wanted - plan.forces
-        wanted[:FEET] -= self._borne(now) @ (
-            now.balance @ beyond
-        )  # the feet take what would move the body
+        # The feet take what would move the body.
+        wanted[:FEET] -= self._borne(now) @ (now.balance @ beyond)
         return replace(plan, forces=wanted)
 
     def _borne(self, now: Balance) -> Array:

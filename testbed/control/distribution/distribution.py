@@ -37,6 +37,7 @@ from testbed.machine.scale import Scale
 # From errors of the forces to rates: how fast joints squeeze and ropes are hauled, compiled. See
 # distribution.py.
 
+
 TOLERANCE: Array = np.tile([21.0, 49.0, 42.0], len(LEGS))
 """Joint force errors that are left alone, N m, N, N (E): a tenth of the joints' sliding
 friction.
@@ -61,7 +62,7 @@ PULL_SLEW_N_S = 4000.0
 """Fastest change of a wanted pull (E)."""
 
 
-class Squeezing(NamedTuple):
+class InternalForceState(NamedTuple):
     """These numbers for one machine."""
 
     tolerance: Any
@@ -72,10 +73,10 @@ class Squeezing(NamedTuple):
     hauling: Hauling
 
 
-def squeezing(scale: Scale) -> Squeezing:
+def internal_force_state(scale: Scale) -> InternalForceState:
     """Those of a machine of this size."""
     speeds = np.tile([1.0 / scale.speed, scale.speed, scale.speed], len(LEGS))
-    return Squeezing(
+    return InternalForceState(
         np.tile([scale.moment, scale.force, scale.force], len(LEGS)) * TOLERANCE,
         speeds * EDGE_START,
         speeds * SPEED_LIMIT,
@@ -86,7 +87,9 @@ def squeezing(scale: Scale) -> Squeezing:
 
 
 @njit
-def add_pull(wanted: Any, tension: Any, dt: float, by: Squeezing, pull: Any, rates: Any) -> None:
+def add_pull(
+    wanted: Any, tension: Any, dt: float, by: InternalForceState, pull: Any, rates: Any
+) -> None:
     """Let `pull` (2) follow what is wanted (2), N; add to the ropes' rates (2) what brings the
     tensions (2) there.
     """
@@ -97,13 +100,13 @@ def add_pull(wanted: Any, tension: Any, dt: float, by: Squeezing, pull: Any, rat
 
 
 @njit
-def add_squeeze(
+def add_internal_force(
     force: Any,
     compliance: Any,
     felt: Any,
     wanted: Any,
     dt: float,
-    by: Squeezing,
+    by: InternalForceState,
     edges: Any,
     rates: Any,
 ) -> None:
@@ -181,7 +184,7 @@ class Distribution:
         self._pull: Array | None = None
         self._edges = np.array([np.ones(FEET), np.zeros(FEET)])
         scale = statics.scale
-        self._squeezing = squeezing(scale)
+        self._internal_force = internal_force_state(scale)
         self._hidden = HIDDEN * np.tile([scale.moment, scale.force, scale.force], len(LEGS))
         self._inner = self._jacobian = self._whole = self._balanced = np.empty(0)
 
@@ -201,14 +204,16 @@ class Distribution:
         if plan.feasible:
             rope_rates = rope_rates.copy()
             wanted, felt = plan.forces[FEET:], now.measured[FEET:]
-            add_pull(wanted, felt, dt, self._squeezing, self._pull, rope_rates)
+            add_pull(wanted, felt, dt, self._internal_force, self._pull, rope_rates)
             if command.stance.all():
-                begin, rates = self._squeezed(plan, now, dt, begin, rates, measured.position)
+                begin, rates = self._with_internal_force(
+                    plan, now, dt, begin, rates, measured.position
+                )
         return replace(
             command, joints=begin + rates * dt, joint_rates=rates, rope_rates_m_s=rope_rates
         )
 
-    def _squeezed(
+    def _with_internal_force(
         self, plan: Plan, now: Balance, dt: float, begin: Array, rates: Array, position: Array
     ) -> tuple[Array, Array]:
         """Set points (12) and rates (12) that keep the body's motion and squeeze the feet as
@@ -218,8 +223,8 @@ class Distribution:
         measured_n = now.measured  # as it is: a mean over 30 ms makes the loop hunt
         force = np.asarray(self._jacobian.T @ (self._balanced @ (measured_n - plan.forces)))
         rates = rates.copy()
-        by, edges = self._squeezing, self._edges
-        add_squeeze(force, now.compliance, measured_n, plan.forces, dt, by, edges, rates)
+        by, edges = self._internal_force, self._edges
+        add_internal_force(force, now.compliance, measured_n, plan.forces, dt, by, edges, rates)
         return position + self._whole @ (begin - position), rates
 
     def _look_at_posture(self, now: Balance) -> None:

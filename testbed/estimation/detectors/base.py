@@ -35,8 +35,8 @@ class Hold:
     """When a foot that was called lost counts as loaded again: once its score has been `margin` or
     more below the threshold for `dwell_s`, or `sure_margin` or more for `sure_s`.
 
-    A foot that stands near the threshold crosses it with every blow. Held, its word is wrong for
-    longer, but it is one alarm and not twenty.
+    A foot that stands near the threshold crosses it with every blow. Held, its contact
+    state is wrong for longer, but it is one alarm and not twenty.
     """
 
     margin: float = 0.0

@@ -3,9 +3,8 @@ milliseconds.
 
 They differ in the friction of a piston that hardly moves: none (`balance`, the middle of the set),
 `own` (memory that drifts to the middle), `carried` (followed through the oil, sample.py). Each is
-wrong by up to the break-away force,
-seldom all the same way: at equal recall the mean calls half as many loaded feet lost as the best of
-them. The score is how far it lies below zero, N.
+wrong by up to the break-away force, seldom all the same way: at equal recall the mean calls half as
+many loaded feet lost as the best of them. The score is how far it lies below zero, N.
 
 A sensor that drifts moves `balance` and `carried` without end, while `own` is held by what the
 whole machine weighs. Friction can tell them apart by no more than the break-away force: what they
@@ -91,7 +90,7 @@ class Combined(CompiledDetector, step=step):
 # The combined detector over as long as a loss must last.
 #
 # A foot that bears next to nothing crosses the force of a loss with every blow; means over 20 ms
-# follow the word of the definition (estimation/losses.py), which waits for as long.
+# follow the definition of a loss (estimation/contact_losses.py), which waits for as long.
 
 
 class Steady(CompiledDetector, step=step):
@@ -103,17 +102,18 @@ class Steady(CompiledDetector, step=step):
     numbers: ClassVar[dict[str, float]] = Combined.numbers | {"mean_time": 0.02}
 
 
-# The shipped detector: the mean of two loads over a few milliseconds, and a word that is held.
+# The shipped detector: the mean of two loads over a few milliseconds, and a contact state that is
+# held.
 #
 # A foot that bears next to nothing under a hammering drill crosses any one level with every blow:
-# that, not an error of the load, makes most false alarms of a threshold. So the word has three
-# levels. Below the first a foot is lost. It counts as loaded again once it has stayed above the
-# second, which is further up by what friction hides, for longer than a few blows; or above the
+# that, not an error of the load, makes most false alarms of a threshold. So the contact state has
+# three levels. Below the first a foot is lost. It counts as loaded again once it has stayed above
+# the second, which is further up by what friction hides, for longer than a few blows; or above the
 # third, where no friction could lift an unloaded foot, for as long as a touchdown lasts.
 #
 # The loads are `own` and `carried` (sample.py), which take the friction of a resting piston in
-# different ways, with what a drifting sensor adds to the second one given back. The
-# piston alone, without any friction (`balance`), adds nothing to the two once the word is held.
+# different ways, with what a drifting sensor adds to the second one given back. The piston alone,
+# without any friction (`balance`), adds nothing to the two once the state is held.
 
 
 class Held(CompiledDetector, step=step):

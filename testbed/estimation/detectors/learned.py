@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import Hold
-from testbed.estimation.detectors.histories import (
+from testbed.estimation.detectors.body_motion import MOTION, Motion, remember_motion, view_of_motion
+from testbed.estimation.detectors.foot_history import (
     HISTORY,
     History,
-    look_back,
     remember_history,
+    view_of_history,
 )
-from testbed.estimation.detectors.motions import MOTION, Motion, look_around, remember_motion
 from testbed.estimation.detectors.sample import Sample
 from testbed.formats.arrays import Array
 from testbed.formats.networks import Network, read_network
@@ -35,7 +35,7 @@ from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import LEGS
 
 # What the learned detector looks at: 70 numbers a foot, made of this sample and of memories of the
-# last ones, 22 of them in histories.py, 13 in motions.py.
+# last ones, 22 of them in foot_history.py, 13 in body_motion.py.
 #
 # Loads are seen through arsinh(load / loss force): fine around nothing, coarse where a foot is
 # safe, alike on machines of any weight. What moves on a short time scale tells a foot in the air
@@ -44,6 +44,7 @@ from testbed.machine.names import LEGS
 # shows a sensor that drifts, and what all loads together bear beyond the expected how far the
 # balance can be trusted. What tells one scene from the next (pressures, slope, thrust, longer
 # memories) is left out: with some hundred scenes to learn from, a network learns those by heart.
+
 
 LOADS = ("own", "carried", "balance")
 MEANS_S = (0.002, 0.01, 0.05, 0.3)
@@ -189,7 +190,9 @@ def remember_slowly(row: Any, loads: Any, foot: int, memory: Any, dt: float) -> 
 
 
 @njit
-def look(row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: Any) -> None:
+def update_views(
+    row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: Any
+) -> None:
     """One sample: DataRow, Derived, FootMemory (4) -> views (4, len(VIEW))."""
     unit = numbers.loss_force
     for foot in range(len(LEGS)):
@@ -221,8 +224,8 @@ def look(row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: 
         view[LEAST] = math.asinh(m.least / unit)
         for k in range(len(BEHIND)):
             view[BEHIND_BY + k] = math.asinh(m.behind[k] / unit)
-        look_back(memories, foot, row.estimate_own.sd[foot], unit, view[PRESENT:AROUND])
-        look_around(memories, foot, numbers, view[AROUND:])
+        view_of_history(memories, foot, row.estimate_own.sd[foot], unit, view[PRESENT:AROUND])
+        view_of_motion(memories, foot, numbers, view[AROUND:])
 
 
 MEMBERS = 3
@@ -294,7 +297,7 @@ def _judge(samples: Any, numbers: Any, memories: Any, dt: float, scores: Any) ->
     share = dt / (numbers[0].smooth + dt)
     for n in range(samples.shape[0]):
         sample = samples[n]
-        look(sample.row, sample.derived, numbers[0].scale, memories, dt, views)
+        update_views(sample.row, sample.derived, numbers[0].scale, memories, dt, views)
         for foot in range(len(LEGS)):
             memory, odds = memories[foot], answer(views[foot], numbers[0], wide)
             if memory.judged == 0.0:
@@ -310,7 +313,7 @@ def views_over(samples: Any, scale: Any, memories: Any, dt: float, every: int, o
     """
     views = np.empty((len(LEGS), len(VIEW)))
     for n in range(samples.shape[0]):
-        look(samples[n].row, samples[n].derived, scale[0], memories, dt, views)
+        update_views(samples[n].row, samples[n].derived, scale[0], memories, dt, views)
         if n % every == every - 1 and n // every < out.shape[0]:
             out[n // every] = views
 

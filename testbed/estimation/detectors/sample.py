@@ -43,6 +43,7 @@ from testbed.robot.linkage import arm_of, length_of
 # that has lost more than twice the break-away force has slipped, so that its friction is known
 # again, whatever it was before.
 
+
 SMOOTH_S = 0.0015
 """Time constant of the pressures (E)."""
 OBSERVER_RAD_S = 60.0
@@ -253,7 +254,7 @@ class Sample(Record):
     derived = part(Derived, "loads with other friction")
 
 
-class Watch:
+class Sampler:
     """Samples of a run, block by block; `belief`: the chain's, shape (1,)."""
 
     def __init__(self, belief: NDArray[Any]) -> None:

@@ -31,7 +31,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.estimation.losses import LOSS_SHARE
+from testbed.estimation.contact_losses import LOSS_SHARE
 from testbed.formats.arrays import Array
 from testbed.formats.records import SET, Record, quantity
 

@@ -226,8 +226,8 @@ def check_alive(recording: Recording, moving: bool = True) -> None:
     """Refuse channels that say nothing: a constant position, a pressure that never changes or is
     clipped throughout.
 
-    `moving` = False lets a position pass that stays (a leg pressed on a load cell).
-    Raises InputError with the recording, the channel and where it happens.
+    `moving` = False lets a position pass that stays (a leg pressed on a load cell). Raises
+    InputError with the recording, the channel and where it happens.
     """
     if moving and np.ptp(recording.position_m) <= 2.0 * recording.position_resolution_m:
         raise InputError(

@@ -25,7 +25,7 @@ from testbed.effects.valve_deadband import opening
 from testbed.estimation.leg.motion import smooth
 from testbed.formats.arrays import Array
 from testbed.laws.holding import NO_HOLDING, outlet_share
-from testbed.laws.linear import second_order
+from testbed.laws.second_order import second_order
 from testbed.recording.known import HOLDINGS, Circuit, Known
 
 SMOOTH_DROP_PA = 5e4

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from testbed.estimation.filters import persistent
 from testbed.estimation.live.axis import END_FORCE_N, END_ZONE_M, Decisions
-from testbed.estimation.live.believed import Leg, friction_of
+from testbed.estimation.live.believed import Leg, declared
 from testbed.estimation.live.body_records import BodyBelief
 from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty, constants
@@ -262,26 +262,13 @@ def _declare(out: Any, axis: Axis, stroke_m: float, effects: Sequence[EffectEntr
     """One AxisBelief as the machine declares it, but for its encoder, with believed effects where
     they are not the vertical legs'.
     """
-    c, seal, sensor = axis.cylinder, axis.seal, axis.sensor
-    area_a = 0.25 * math.pi * c.bore_m**2
-    leg = Leg(
-        area_a_m2=area_a,
-        area_b_m2=area_a - 0.25 * math.pi * c.rod_m**2,
-        friction=friction_of(c),
-        stroke_m=stroke_m,
+    seal, sensor = axis.seal, axis.sensor
+    leg = replace(
+        declared(axis, stroke_m),
         position_slope=seal.position_slope,
         pressure_coefficient_m2=seal.pressure_coefficient_m2,
         load_coefficient=seal.load_coefficient,
         viscosity_rate_1_k=seal.viscosity_rate_1_k,
-        viscosity_reference_degc=seal.viscosity_reference_degc,
-        dead_volume_a_m3=c.dead_volume_a_m3,
-        dead_volume_b_m3=c.dead_volume_b_m3,
-        bulk_modulus_pa=axis.oil.bulk_modulus_pa,
-        hose_a_m3_pa=axis.oil.hose_elasticity_m3_pa,
-        hose_b_m3_pa=axis.oil.hose_elasticity_b_m3_pa,
-        entrained_air=axis.oil.entrained_air,
-        seal_stiffness_n_m=seal.bristle_stiffness_n_m,
-        valve_deadband=axis.valve.deadband,
     )
     for effect in effects if axis.joint != "vertical" else ():
         leg = leg.with_effect(effect)

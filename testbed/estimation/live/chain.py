@@ -35,10 +35,10 @@ from testbed.estimation.cylinder import (
     friction_value,
     piston_force,
     place_factor,
-    push_of,
     seal_ratio,
     thinning_by_warmth,
     true_pressure,
+    valve_direction,
 )
 from testbed.estimation.detectors.combined import CombinedNumbers, CombinedState, Held, step_on
 from testbed.estimation.detectors.sample import (
@@ -154,7 +154,7 @@ def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
         state.own.lively = 1.0  # the set has just collapsed: what follows is news, not a spike
     state.slid = slides
     ratio = seal_ratio(pa, pb, x, c)
-    push = push_of(row.valve[axis], c.deadband)
+    push = valve_direction(row.valve[axis], c.deadband)
     friction = friction_at_rest.step(state.rest, piston, low, high, slides, push, ratio, belief.dt)
     estimate.one_chamber[leg], estimate.two_chamber[leg] = arm * pa * c.area_a, arm * piston
     estimate.friction[leg] = simple

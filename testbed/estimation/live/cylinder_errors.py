@@ -58,7 +58,7 @@ def leg_variance(p: Any, h: Any, k: int) -> float:
 
 
 @njit
-def hangs(k: int, row: Any, body: Any, state: Any) -> bool:
+def is_in_air(k: int, row: Any, body: Any, state: Any) -> bool:
     """Whether foot k is in the air by now; counts for how long."""
     up = state.means.foot_force[k, 2] - force_error(3 * k + 2, state)
     off = bool(row.carrying[k] < SET and abs(up) < body.air_load)
@@ -78,7 +78,7 @@ def learn_in_air(k: int, map_: Any, body: Any, state: Any) -> None:
 
 
 @njit
-def only_push(maps: Any, body: Any, state: Any) -> None:
+def learn_no_pull(maps: Any, body: Any, state: Any) -> None:
     """One observation of every foot that seems to pull: it carries nothing; maps (4, 3, 3):
     leg_map. Constants learn nothing from it: it is known of them only that they were too small.
     """

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import DROP, Hold, scaled, scores_over, start
 from testbed.estimation.detectors.combined import Held
-from testbed.estimation.detectors.sample import Watch
+from testbed.estimation.detectors.sample import Sampler
 from testbed.estimation.detectors.table import detector_of
 from testbed.estimation.estimator import estimator_of, interval_of
 from testbed.estimation.live.contact import ContactState, limits_at, step
@@ -31,7 +31,7 @@ class SelectedDetector:
         force = float(belief["combined"]["break_away"][0]) / Held.numbers["break_away"]
         self._detector = scaled(detector_of(name, field), force)
         self._limits = limits_of(self._detector, field)
-        self._dt_s, self._watch = float(belief["dt"][0]), Watch(belief)
+        self._dt_s, self._watch = float(belief["dt"][0]), Sampler(belief)
         self._states = ContactState.zeros(len(LEGS))
         self._states["contact"] = 1.0  # no foot is lost before anything was seen of it
         start(self._detector, self._dt_s)
@@ -71,7 +71,7 @@ def limits_of(detector: Any, field: str) -> Any:
 
 
 def hold_of(detector: Any) -> Hold:
-    """How long a detector's word that a foot is lost is held: its `hold`, else DROP."""
+    """How long a foot that a detector calls lost is held to be: its `hold`, else DROP."""
     found = getattr(detector, "hold", DROP)
     return found if isinstance(found, Hold) else DROP
 

@@ -10,7 +10,7 @@ It is the code of a run and of a recording, and gives the same numbers where eve
 sample no later than the one before is left out. Where samples are missing, what was measured before
 and after is joined by straight lines as soon as the next one comes. A number that is missing (nan)
 stays what it was last. After a gap longer than LONGEST_GAP_S everything starts anew. `known` says
-which feet's words still rest on something.
+which feet's states still rest on a sample.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.estimation.contact_losses import LOSS_SHARE
 from testbed.estimation.detectors.base import Detector
 from testbed.estimation.detectors.single_force import ForceSample, SingleForce
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import ESTIMATED, EstimatorChain
 from testbed.estimation.live.contact import ContactState, step
 from testbed.estimation.live.selected import SelectedDetector, limits_of
-from testbed.estimation.losses import LOSS_SHARE
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.sockets import FORM, is_user_class, load_object
 from testbed.machine.names import LEGS

@@ -23,10 +23,10 @@ from testbed.estimation.live.belly_support import something_else_carries
 from testbed.estimation.live.body_acceleration import add_fast_changes
 from testbed.estimation.live.cylinder_errors import (
     force_error,
-    hangs,
+    is_in_air,
     learn_in_air,
+    learn_no_pull,
     leg_variance,
-    only_push,
     weigh_cylinder,
     weigh_leg,
 )
@@ -149,14 +149,14 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
             arms[3 * index : 3 * index + 3],
             maps[index],
         )
-        if hangs(index, row, body, state):
+        if is_in_air(index, row, body, state):
             on_ground[index] = 0.0
             if state.in_air[index] >= body.air_dwell and body.learns_in_air != 0.0:
                 learn_in_air(index, maps[index], body, state)
     if body.balances != 0.0:
         balance_body(row, turning, maps, on_ground, body, state)
     if body.only_pushes != 0.0:
-        only_push(maps, body, state)
+        learn_no_pull(maps, body, state)
     fu.stay_in_sets(fusion)
     h = np.zeros(fu.N)
     for index in range(4):
@@ -297,9 +297,8 @@ def step_body(row: Any, body: Any, state: Any) -> None:
         axis = state.axes[index]
         readings = row.pressure_a[index], row.pressure_b[index], extension[index]
         loads = loads_of(index, state.last_force[index // 3], arms[index])
-        if (
-            state.in_air[index // 3] >= body.air_dwell
-        ):  # what its cylinders seem to push is friction
+        # What its cylinders seem to push is friction.
+        if state.in_air[index // 3] >= body.air_dwell:
             loads = Loads(0.0, 0.0)
         step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[index], axis)
         joints.position[index] = row.position[index]

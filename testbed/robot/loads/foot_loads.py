@@ -1,10 +1,9 @@
 """Expected foot loads: what each foot should carry, from weight, posture, ropes and drill.
 
 Four feet and six equations: on a plane the normal loads have one degree of freedom that equilibrium
-leaves open (an
-internal force: one diagonal against the other). Compliance and the feet's free heights decide it,
-so every answer comes with its sensitivity to height errors. A foot never pulls; friction is
-Coulomb's.
+leaves open (an internal force: one diagonal against the other). Compliance and the feet's free
+heights decide it, so every answer comes with its sensitivity to height errors. A foot never pulls;
+friction is Coulomb's.
 
 Wrenches are force and moment about the body's origin, body frame, N and N m, acting on the machine.
 """
@@ -19,12 +18,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from testbed.formats.arrays import Array
-from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
-from testbed.machine.model import Machine
-from testbed.machine.names import AXES, LEGS, VERTICAL
-from testbed.robot.contact.geometry import FootLoads, Ground, Legs, feet_under_load
-from testbed.robot.linkage import Linkages
-from testbed.robot.model import Payload, RobotModel
 
 # How much a foot gives: the oil columns of its three cylinders in series with the ground.
 #
@@ -33,6 +26,13 @@ from testbed.robot.model import Payload, RobotModel
 # hoses. Through the leg's Jacobian J (3 x 3) its compliance reaches the foot: J diag(1/k) J^T. Use
 # it where positions are those of the unloaded cylinders; where positions are measured under load
 # they contain the oil's give already, and only the ground (and frame) is left.
+from testbed.formats.records import SET
+from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
+from testbed.machine.model import Machine
+from testbed.machine.names import AXES, LEGS, VERTICAL
+from testbed.robot.contact.geometry import FootLoads, Ground, Legs, feet_under_load
+from testbed.robot.linkage import Linkages
+from testbed.robot.model import Payload, RobotModel, rotation_from_attitude
 
 WORKING_PRESSURE_PA = 4.0e6
 """Gauge pressure at which the oil's modulus is taken: 15 kN on the 70 mm bore (a foot's share with
@@ -295,3 +295,45 @@ def known_wrench(model: RobotModel, known: Any, gravity_in_body: ArrayLike) -> A
     """
     ordered = drill_wrench(model, float(known["ordered_thrust"]), float(known["ordered_torque"]))
     return ordered + rods_wrench(model, known, gravity_in_body)
+
+
+# Expected foot loads, live: posture from the encoders, attitude, rope tensions and what the drill's
+# controls know.
+
+
+class Expectation:
+    """The believed machine's foot loads along the vertical joints, N (4), from measurements alone.
+
+    `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as
+    surveyed at the start (a 30 m rope turns by less than 2 degrees a metre climbed).
+    """
+
+    def __init__(self, loads: ExpectedLoads, rope_directions_in_world: Array) -> None:
+        self._loads = loads
+        self.rope_directions_in_world = rope_directions_in_world
+        self._rope_forces = np.zeros((2, 3))
+
+    def loads(
+        self,
+        position: Array,
+        gravity_in_body: Array,
+        tension_n: Array,
+        attitude_rad: Array,
+        drill: Array,
+        standing: Array,
+    ) -> Array:
+        """Loads (4), N: position (12), gravity (3) in body, tensions (2), roll pitch yaw (3), drill
+        (KNOWN).
+
+        `standing` (4): 1 for a foot that is meant to carry, 0 for one in the air.
+        """
+        rotation = rotation_from_attitude(attitude_rad)
+        self._rope_forces[:] = tension_n[:, None] * (self.rope_directions_in_world @ rotation)
+        found = self._loads.solve(
+            position,
+            gravity_in_body,
+            rope_forces_in_body=self._rope_forces,
+            drill_wrench_in_body=known_wrench(self._loads.model, drill, gravity_in_body),
+            footing=Footing(in_contact=standing > SET),
+        )
+        return np.asarray(found.vertical_load_n)

@@ -23,8 +23,7 @@ from testbed.machine.frame_groups import RotationJoint, SlidingJoint
 from testbed.machine.groups import Group
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS, SIDES
-from testbed.robot.urdf.drawing import visuals
-from testbed.robot.urdf.shapes import COLOURS, Shape, Vector, box_inertia
+from testbed.robot.urdf.drawing import COLOURS, Shape, Vector, box_inertia, visuals
 
 HOLDERS = {
     "drill": ("drill_mast", "rod_store"),

@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.control_tasks import benchmark
-from testbed.benchmarks.control_tasks.agents.drill_hole import Adaptive, Drill, Reserve
-from testbed.benchmarks.control_tasks.agents.keep import (
+from testbed.benchmarks.control_tasks.agents import (
     ROPE_N_M,
     STEP_S,
+    Adaptive,
+    Drill,
     Hauling,
+    Reserve,
     Secure,
     Yielding,
     secure_share,

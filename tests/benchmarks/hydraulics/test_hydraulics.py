@@ -14,9 +14,14 @@ import pytest
 
 from testbed.benchmarks.harness import rounded, run
 from testbed.benchmarks.hydraulics.balance import balance, creep, machine, oil
-from testbed.benchmarks.hydraulics.benchmark import Hydraulics, compare, kernel_forces
+from testbed.benchmarks.hydraulics.benchmark import (
+    KINDS,
+    Hydraulics,
+    compare,
+    kernel_forces,
+    manoeuvre,
+)
 from testbed.benchmarks.hydraulics.kernel_speed import compare_speed
-from testbed.benchmarks.hydraulics.manoeuvres import KINDS, manoeuvre
 from testbed.errors import InputError
 from testbed.laws.holding import PILOT_CHECK
 from testbed.laws.hydraulics import (
