@@ -123,7 +123,7 @@ def test_the_stribeck_part_is_kept_where_one_recording_alone_is_slow() -> None:
     slow = np.abs(rows.velocity_m_s) < 0.07
     alone = replace(rows, recording=np.where(slow, 0, 1 + np.arange(400) % 3))
     by_recording, _ = choose_form(alone, [])
-    found = take_out(alone, KNOWN, "cylinder")
+    found = fit_declared(alone, KNOWN, "cylinder")
     assert (by_recording, found.form) == ("viscous", "stribeck")
 
 
