@@ -127,7 +127,7 @@ class Oil:
     """
     play_m: Array
     by_lateness: Array
-    """By a sensor that reads 1 s late, were pressures to go on as they do."""
+    """By a sensor that reads late, by each second of it."""
     by_edge_leak: Array
     """(n, 2, 2) by 1 m3/(s Pa) of the edge from the supply and of that to the tank."""
 
@@ -191,7 +191,8 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     widened = rise * (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)
     missing = missing - swept - compressed - widened
     by_reading = (over[0] + over[1] - supplied - drained) / READING_STEP_PA
-    quickens = np.gradient(rise, bins.time_s, axis=0)
+    ahead = np.column_stack([bins.pressure_a_ahead[:, i], bins.pressure_b_ahead[:, i]])
+    quickens = np.column_stack([bins.pressure_a_quickens[:, i], bins.pressure_b_quickens[:, i]])
     return Oil(
         pressure_pa=p,
         missing=missing,
@@ -201,7 +202,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
         by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
         by_reading=by_reading,
-        by_lateness=_taken_up(axis, volume, p) * quickens - by_reading * rise,
+        by_lateness=_taken_up(axis, volume, p) * quickens - by_reading * ahead,
         compressed=np.abs(compressed),
         void=np.clip(1.0 - (p - VOID_PA) / FULL_PA, 0.0, 1.0),
         by_deadband=-(wider[0] + wider[1] - supplied - drained) / STEP,
