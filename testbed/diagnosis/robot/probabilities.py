@@ -102,8 +102,8 @@ class Weighed:
     gain: Array
     """What the other of two adds to it, in tails; 0 for one effect."""
     here: Array
-    """Evidence for the stronger of two at one place, of whose law's error the other may be made;
-    `elsewhere`: of two at two places that some balance shows both.
+    """Evidence for the stronger of two at one place, of whose law's error the other may be made, in
+    tails of the other's; `elsewhere`: of two at two places that some balance shows both.
     """
     elsewhere: Array
     left: Array
@@ -179,8 +179,8 @@ def _weighed(
         strong - reach[first],
         (strong - reach[first]) / tail[first],
         (factor - strong - reach[other]) / tail[other] if two else 0.0,
-        strong if two and one_place else 0.0,
-        strong if two and not one_place and not apart else 0.0,
+        strong / tail[other] if two and one_place else 0.0,
+        strong / tail[other] if two and not one_place and not apart else 0.0,
         _left_at_its_places(names, factor, alone),
         two,
         not has_names(names),
