@@ -38,6 +38,7 @@ class Delay(Effect):
         ),
     )
     seen_in = ("force", "flow")
+    linear_to = 0.2
     shapes = ("lag_share",)
     needs_sliding = True
     telling_motion = "fast reversals at several speeds"

@@ -54,6 +54,7 @@ class LineB(Effect):
     }
     lowest = 0.0
     usual = 0.05
+    linear_to = 0.3  # its damping alone is usual, no more
 
     def correct(self, signals: Signals, values: Values) -> Signals:
         """What the sensor should have read."""
