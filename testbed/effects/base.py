@@ -142,6 +142,14 @@ class Effect:
     """Below which no number of its signature can lie; None: as its parameters' bounds have it."""
     usual: ClassVar[float | None] = None
     """How large they may be expected to be, where the parameters' priors do not tell."""
+    linear_to: ClassVar[float] = 0.0
+    """Share of a number of its signature by which the robot's linear law may be wrong about it."""
+    is_one_of: ClassVar[bool] = False
+    """The numbers of its signature are one and the same for other kinds of it, of which a place has
+    one.
+    """
+    main: ClassVar[str] = ""
+    """The number of its signature without which the others are nothing."""
 
     # -- what a world that has it hides ------------------------------------------------------------
     hides: ClassVar[Mapping[str, str]] = {}
