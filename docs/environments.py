@@ -15,7 +15,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from testbed.control.observed import Observed
+from testbed.control.gait import Observed
 from testbed.envs import ENVIRONMENTS
 from testbed.envs.observations import TABLE, as_markdown
 from testbed.envs.randomisation import sets

@@ -269,7 +269,7 @@ def _places(places: Sequence[str]) -> str:
 
 def word_page() -> str:
     """The key that every page carries."""
-    from testbed.report.words import words
+    from testbed.report.page import words
 
     parts = ["# Words\n", "What they mean, on every page and on the console.\n"]
     groups = (

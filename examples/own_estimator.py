@@ -5,7 +5,7 @@ of 20 Hz.
 import numpy as np
 
 import testbed
-from testbed.control.measured import rows_of
+from testbed.control.gait import rows_of
 from testbed.estimation.estimator import loads_over
 from testbed.machine.names import VERTICAL
 

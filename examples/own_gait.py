@@ -3,7 +3,7 @@
 import numpy as np
 
 import testbed
-from testbed.control.command import Command
+from testbed.control.gait import Command
 
 
 class Bow:

@@ -15,7 +15,7 @@ import re
 import shutil
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, lru_cache
 from pathlib import Path
@@ -177,3 +177,16 @@ def fill(out: Any, values: Any) -> None:
     """
     for index in range(out.shape[0]):
         out[index] = values[index]
+
+
+# How the laws of the hydraulics are compiled.
+
+FAST = frozenset({"contract", "arcp", "nsz"})
+"""Fused multiply-add, reciprocals, no care for the sign of zero: nothing that lets NaN or infinity
+get lost.
+"""
+
+
+def njit_law(function: Callable[..., Any] | None = None, **options: Any) -> Any:
+    """`njit` for a law: arithmetic as FAST allows."""
+    return njit(function, fastmath=set(FAST), **options)

@@ -5,7 +5,7 @@ status.
 from __future__ import annotations
 
 import errno
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -41,6 +41,19 @@ class InputError(Exception):
         if allowed is not None:
             text += f" (allowed: {allowed})"
         super().__init__(" ".join(text.split()))
+
+
+def check_one_of(
+    value: object,
+    names: Collection[object],
+    field: str,
+    problem: str,
+    file: str | Path | None = None,
+) -> None:
+    """Raise InputError with what is allowed unless `value` is one of `names`."""
+    if value not in names:
+        allowed = ", ".join(map(str, names))
+        raise InputError(problem, file=file, field=field, value=value, allowed=allowed)
 
 
 @contextmanager
@@ -92,7 +105,7 @@ OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 """No space, no quota, a file that may not grow, a disk that is only read."""
 
 
-def unwritten(error: BaseException) -> InputError | None:
+def disk_refusal(error: BaseException) -> InputError | None:
     """What an error says of a disk that does not take what is written, wherever that was; None: it
     is another error.
     """

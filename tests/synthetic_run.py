@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from testbed.estimation.losses import LossRule
+from testbed.estimation.contact_losses import LossRule
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.simulation.metrics import run_metrics
 from testbed.simulation.recorder import RunRecorder, write_summary

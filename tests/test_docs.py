@@ -20,7 +20,7 @@ import testbed
 from testbed.cli import app
 from testbed.effects import ALL
 from testbed.recording.rows import DataRow, TruthRow
-from testbed.report.words import words
+from testbed.report.page import words
 from testbed.scenario.scenario import Scenario
 
 ROOT = Path(__file__).parents[1]

@@ -7,7 +7,7 @@ import pickle
 
 import pytest
 
-from testbed.errors import InputError, SimulationFault, UserCodeError, naming, unwritten
+from testbed.errors import InputError, SimulationFault, UserCodeError, disk_refusal, naming
 
 
 def test_the_line_names_file_field_value_and_what_is_allowed() -> None:
@@ -64,7 +64,7 @@ def test_what_was_raised_without_words_is_said_to_be() -> None:
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS])
 def test_a_disk_that_takes_no_more_is_bad_input_with_its_place(number: int) -> None:
-    error = unwritten(OSError(number, "full", "runs/a"))
+    error = disk_refusal(OSError(number, "full", "runs/a"))
     assert error is not None and str(error) == "runs/a: cannot be written: full"
 
 
@@ -72,4 +72,4 @@ def test_a_disk_that_takes_no_more_is_bad_input_with_its_place(number: int) -> N
     "other", [OSError(errno.ENOENT, "no such file"), ValueError("no"), SimulationFault("nan")]
 )
 def test_any_other_error_is_another_matter(other: Exception) -> None:
-    assert unwritten(other) is None
+    assert disk_refusal(other) is None

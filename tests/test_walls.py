@@ -148,7 +148,7 @@ def test_belief_wall_undeclared_effects_reach_the_world_only() -> None:
         if "undeclared" in names:
             readers.add(path.relative_to(PACKAGE).as_posix())
     assert {name.split("/")[0] for name in readers} <= {"world", "simulation", "benchmarks", "envs"}
-    assert "simulation/description.py" not in readers
+    assert "simulation/run_folder.py" not in readers
 
 
 def _callers(*functions: str) -> set[str]:
@@ -186,7 +186,7 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
     }
     both = {name for name in _callers("machines_of") if not name.startswith("benchmarks/")}
     assert both == {
-        "scenario/possible.py",
+        "scenario/feasibility.py",
         "scenario/scenario.py",
         "world/simulation.py",
         "simulation/replay.py",
@@ -201,7 +201,6 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
         "machine/provenance.py",
         "machine/build.py",
         "machine/folder.py",
-        "machine/sets.py",
     }
 
 

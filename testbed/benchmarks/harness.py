@@ -8,22 +8,86 @@ benchmark has a page, NAME.html.
 
 from __future__ import annotations
 
+import ast
+import hashlib
 import inspect
 import json
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing, nullcontext, suppress
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
-from testbed.benchmarks.marks import code, digest, sources
+import numpy as np
+from numpy.typing import ArrayLike
+
+from testbed import resources
 from testbed.errors import InputError
-from testbed.formats.files import Lines, plain, write_json, write_text
-from testbed.formats.ownership import owned
+from testbed.formats.files import Lines, owned, plain, write_json, write_text
 from testbed.report.console import counting_progress
 from testbed.report.page import Table, markdown
 from testbed.simulation.workers import Workers, work_through
+
+# What a benchmark's case was made with, as a digest: an answer made by other sources or options is
+# not taken over.
+
+PACKAGE = Path(__file__).resolve().parents[1]
+SHOWING = ("report", "workflows", "benchmarks", "cli")
+"""Rooms that have no say in what a simulation or an estimate gives."""
+ENDINGS = (".py", ".yaml", ".urdf", ".npz")
+
+
+@cache
+def sources(folders: tuple[str, ...], without: tuple[str, ...] = ()) -> str:
+    """Digest of what decides what the cases of these folders of benchmarks/ give, `without` some
+    (path patterns).
+    """
+    files = [
+        path
+        for path in PACKAGE.rglob("*")
+        if path.suffix in ENDINGS and _decides(path.relative_to(PACKAGE), folders, without)
+    ]
+    shipped = (path for name in ("urdf", "scenarios") for path in resources.folder(name).rglob("*"))
+    return digest(
+        *map(code, sorted(files)), *map(code, sorted(path for path in shipped if path.is_file()))
+    )
+
+
+def _decides(path: Path, folders: Iterable[str], without: Iterable[str]) -> bool:
+    if path.name == "page.py" or any(path.match(pattern) for pattern in without):
+        return False
+    room = path.parts[0]
+    return room not in SHOWING or (room == "benchmarks" and path.parts[1] in folders)
+
+
+def digest(*parts: str) -> str:
+    """Digest of several texts."""
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
+
+
+@cache
+def code(path: Path) -> str:
+    """A file's content; of Python what is executed alone, without comments, docstrings and
+    layout.
+    """
+    if path.suffix != ".py":
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(body := getattr(node, "body", None), list):
+            node.body = [line for line in body if not _is_text(line)]  # type: ignore[attr-defined]
+    return path.name + ast.dump(tree)
+
+
+def _is_text(line: ast.AST) -> bool:
+    return (
+        isinstance(line, ast.Expr)
+        and isinstance(line.value, ast.Constant)
+        and isinstance(line.value.value, str)
+    )
+
 
 CaseT = TypeVar("CaseT")
 Answers = dict[str, Any]
@@ -192,3 +256,31 @@ def _read(lines: Path, marks: Mapping[str, str] | None) -> Answers:
                 if marks is None or marks.get(kept["case"]) == kept["mark"]:
                     found[kept["case"]] = kept["answer"]
     return found
+
+
+# Figures that benchmarks state: root mean squares, intervals of shares and rates.
+
+
+def rms(values: ArrayLike) -> float:
+    """Root mean square, in their unit."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def wilson(hits: int, of: int, z: float = 1.959964) -> list[float] | None:
+    """95 % interval of a share (Wilson's score); None of nothing."""
+    if of == 0:
+        return None
+    share, shrink = hits / of, 1.0 + z * z / of
+    middle = (share + z * z / (2 * of)) / shrink
+    half = z / shrink * math.sqrt(share * (1 - share) / of + z * z / (4.0 * of * of))
+    return [max(0.0, middle - half), min(1.0, middle + half)]
+
+
+def poisson(count: int, hours: float) -> list[float] | None:
+    """Exact 95 % interval of a rate an hour from `count` events; None of no time."""
+    from scipy.stats import chi2
+
+    if hours <= 0.0:
+        return None
+    low = float(chi2.ppf(0.025, 2 * count)) / 2.0 if count else 0.0
+    return [low / hours, float(chi2.ppf(0.975, 2 * count + 2)) / 2.0 / hours]

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from testbed.cli import benchmarks, lab, models, policies, recordings, runs
+from testbed.cli import benchmarks, lab, models, recordings, runs
 from testbed.formats.sockets import user_code
 
 
@@ -46,8 +46,8 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "commission": models.commission,
     "diagnose": models.diagnose,
     "loop": models.loop,
-    "train": policies.train,
-    "play": policies.play,
+    "train": models.train,
+    "play": models.play,
     "bench": benchmarks.bench,
     "identify-measured": benchmarks.identify_measured,
     "filters": benchmarks.filters,
@@ -128,9 +128,9 @@ def main() -> None:
 
 def _report(error: Exception) -> int:
     """One line on standard error; returns the exit status."""
-    from testbed.errors import InputError, SimulationFault, unwritten
+    from testbed.errors import InputError, SimulationFault, disk_refusal
 
-    error = unwritten(error) or error
+    error = disk_refusal(error) or error
     if isinstance(error, InputError):
         line, status = str(error), 2
     elif hasattr(error, "format_message"):  # the command line itself could not be read

@@ -44,18 +44,17 @@ def bench(
     Whole loop and bare engine take turns in one process; a whole command has processes of its own.
     """
     from testbed.benchmarks.speed import bench as whole
-    from testbed.benchmarks.speed import command as commands
-    from testbed.benchmarks.speed import scenarios
+    from testbed.benchmarks.speed import whole_runs
     from testbed.report.console import answer, waiting
 
     found: Any
     with waiting("measuring"):
         if command:
-            found = commands.command_speeds(command)
-            shown = commands.table(found)
+            found = whole_runs.command_speeds(command)
+            shown = whole_runs.command_table(found)
         elif scenario:
-            found = scenarios.scenario_speeds(scenario)
-            shown = scenarios.table(found)
+            found = whole_runs.scenario_speeds(scenario)
+            shown = whole_runs.scenario_table(found)
         else:
             found = whole.bench()
             shown = whole.table(found)

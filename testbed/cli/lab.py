@@ -82,7 +82,7 @@ def quiet_stand(
     work: Work, seconds: Annotated[float, typer.Option(min=3.0, help="Simulated seconds.")] = 60.0
 ) -> None:
     """Say what a quiet stand's foot loads owe to the engine and what to the machine."""
-    from testbed.benchmarks.climbs.quiet_stand import QuietStand
+    from testbed.benchmarks.climbs.stands import QuietStand
 
     work.show(QuietStand(seconds))
 

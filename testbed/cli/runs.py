@@ -39,7 +39,7 @@ def run(
     from testbed.report.console import print_run, run_progress, run_status, waiting
     from testbed.resources import scenario as scenario_path
     from testbed.simulation.run import run_scenario
-    from testbed.workflows.drawers import drawers
+    from testbed.workflows.report import drawers
 
     loaded = changes.of(scenario)
     with drawers(loaded.duration_s) as helpers:
@@ -219,7 +219,7 @@ def view(
         raise InputError("shows one run", field=field, value=len(folders), allowed="1 RUN")
     if video is not None:
         from testbed.report.console import working
-        from testbed.workflows.film import film
+        from testbed.workflows.export import film
 
         with working("filming") as tell:
             print(film(folders[0], video, tell))

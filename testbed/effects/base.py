@@ -17,10 +17,16 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from testbed.effects.fitting import Coordinate, Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import RobotSeen, Signature
-from testbed.effects.terms import FlowTerms, ForceTerms, Signals, Values
+from testbed.effects.terms import (
+    Coordinate,
+    FlowTerms,
+    ForceTerms,
+    Hidden,
+    Observed,
+    Signals,
+    Values,
+)
 from testbed.errors import InputError
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES
@@ -148,7 +154,7 @@ class Effect:
     # -- what a world that has it hides ------------------------------------------------------------
     hides: ClassVar[Mapping[str, str]] = {}
     """Parameter -> number that it takes the place of: one that a world hides at the effect's place
-    (`effects/hidden.py`), or one of a cylinder, by its path in `AxisParameters`.
+    (`effects/terms.py`), or one of a cylinder, by its path in `AxisParameters`.
     """
     adds: ClassVar[Mapping[str, str]] = {}
     """Parameter -> number, likewise, that it is added to."""

@@ -7,9 +7,8 @@ import math
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature, at_point
-from testbed.effects.terms import Values
+from testbed.effects.terms import Hidden, Values
 
 
 class Thrust(Effect):

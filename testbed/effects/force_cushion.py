@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.effects.terms import Coordinate, ForceTerms, Observed, Signals, Values
 from testbed.formats.arrays import Array
 
 LEFT_COST, LEFT_SHARE = 40.0, 0.04

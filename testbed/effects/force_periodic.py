@@ -7,9 +7,8 @@ import math
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Observed
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.effects.terms import ForceTerms, Observed, Signals, Values
 from testbed.formats.arrays import Array
 
 PHASE_HOLDS_S = 3.5

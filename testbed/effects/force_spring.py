@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.effects.terms import Coordinate, ForceTerms, Observed, Signals, Values
 
 
 def force_n(position_m: Any, stiffness: float, rest: float, cubic: float = 0.0) -> Any:

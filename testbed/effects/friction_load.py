@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.friction_pressure import not_less_than_none
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.effects.terms import Coordinate, ForceTerms, Observed, Signals, Values
 
 LEAST_LOAD_N = 50.0
 

@@ -8,10 +8,8 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Coordinate, Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.effects.terms import Coordinate, ForceTerms, Hidden, Observed, Signals, Values
 from testbed.formats.arrays import Array
 from testbed.recording.leg_model import Friction
 
@@ -115,8 +113,8 @@ class Presliding(Effect):
 
     def price(self, values: Values, observed: Observed) -> float:
         """Every seal bends by some hundredths of a millimetre before it slips, and on a leg whose
-        friction at rest
-        counts as a set that is no finding: what one costs that bends by less than SOUND_BEND_M.
+        friction at rest counts as a set that is no finding: what one costs that bends by less than
+        SOUND_BEND_M.
         """
         if observed.kind != "vertical-leg":
             return 0.0

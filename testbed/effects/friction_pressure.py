@@ -6,9 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.effects.terms import Coordinate, ForceTerms, Observed, Signals, Values
 from testbed.machine.model import Machine
 
 REFERENCE_PRESSURE_PA = 1e7

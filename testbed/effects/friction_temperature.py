@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Observed
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.effects.terms import ForceTerms, Observed, Signals, Values
 
 LEAST_WARMING_K = 3.0
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Observed
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import FlowTerms, Signals, Values
+from testbed.effects.terms import FlowTerms, Observed, Signals, Values
 from testbed.machine.model import Machine
 
 ATMOSPHERE_PA = 1e5

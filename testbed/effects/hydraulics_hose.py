@@ -6,9 +6,8 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Observed
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import FlowTerms, Signals, Values
+from testbed.effects.terms import FlowTerms, Observed, Signals, Values
 from testbed.formats.arrays import Array
 
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Observed
 from testbed.effects.signature import RobotSeen, Signature
-from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.effects.terms import ForceTerms, Observed, Signals, Values
 
 LEAST_M_S2 = 0.3
 LIGHTER_KG = -40.0

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Observed
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import FlowTerms, Signals, Values
+from testbed.effects.terms import FlowTerms, Observed, Signals, Values
 
 REFERENCE_PA = 1e6
 

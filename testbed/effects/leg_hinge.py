@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
-from testbed.effects.terms import Values
+from testbed.effects.terms import Hidden, Values
 from testbed.machine.names import LEGS
 
 

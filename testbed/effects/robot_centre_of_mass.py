@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import RobotSeen, Signature
-from testbed.effects.terms import Values
+from testbed.effects.terms import Hidden, Values
 
 
 class CentreOfMass(Effect):

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden, HiddenMass
 from testbed.effects.signature import RobotSeen, Signature
-from testbed.effects.terms import Values
+from testbed.effects.terms import Hidden, HiddenMass, Values
 
 LIGHTER_KG = -100.0
 """No machine is lighter than drawn by more than that (E)."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Observed
 from testbed.effects.sensor_line_b import SMOOTHING_S, flat
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import Signals, Values
+from testbed.effects.terms import Observed, Signals, Values
 from testbed.formats.arrays import Array
 
 

@@ -7,9 +7,8 @@ import math
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Observed
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import Signals, Values
+from testbed.effects.terms import Observed, Signals, Values
 from testbed.formats.arrays import Array
 
 SMOOTHING_S = 0.010

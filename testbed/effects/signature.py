@@ -1,10 +1,9 @@
 """What an effect does to the measurements of the whole robot, linearised: its signature.
 
 The diagnosis of the robot holds the measured machine against its model in a handful of balances. An
-effect answers
-one question: by how much does each of these balances miss for one unit of each of its parameters?
-What it may look at are the measured bins (`RobotSeen`); what it gives back are plain arrays
-(`Signature`), which the diagnosis turns into columns of one linear regression.
+effect answers one question: by how much does each of these balances miss for one unit of each of
+its parameters? What it may look at are the measured bins (`RobotSeen`); what it gives back are
+plain arrays (`Signature`), which the diagnosis turns into columns of one linear regression.
 """
 
 from __future__ import annotations

@@ -6,10 +6,8 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Observed
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import FlowTerms, Signals, Values
+from testbed.effects.terms import FlowTerms, Hidden, Observed, Signals, Values
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
 

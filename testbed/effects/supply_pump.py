@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.hidden import Hidden
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import Values
+from testbed.effects.terms import Hidden, Values
 
 
 class Pump(Effect):

@@ -6,10 +6,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from testbed.formats.arrays import Array
+from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.known import Known
+from testbed.recording.leg_model import Friction
 
 Values = Mapping[str, float]
 """Parameter -> value, SI."""
@@ -86,3 +92,180 @@ class FlowTerms:
     hose_time_s: float = 1.0
     droop_pa_s_m3: float = 0.0
     droop_time_s: float = 1.0
+
+
+# What a fit and an effect tell each other: the numbers to be fitted, and what the recordings hold.
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One fitted number: its owner (`friction`, `nuisance`, `zero` or an effect's name), scale,
+    bounds, and the channels of the residual that it moves.
+
+    `log`: fitted as its logarithm.
+    """
+
+    owner: str
+    name: str
+    start: float
+    low: float
+    high: float
+    scale: float
+    log: bool = False
+    moves: tuple[str, ...] = ("force",)
+    prior: tuple[float, float] | None = None
+    """(centre, standard deviation) of a weak prior in fitted units."""
+
+
+@dataclass(frozen=True, eq=False)
+class ForceResidual:
+    """What a fit leaves of one recording's force balance, in bins; arrays of shape (bins,)."""
+
+    values_n: Array
+    counted: npt.NDArray[np.bool_]
+    """Bins that hold a trustworthy sample."""
+    noise_n: Array
+    bin_s: float
+    smoothing_s: float
+    """Standard deviation of the smoothing that every channel went through."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """What an effect may look at when it is asked what these recordings can show of it."""
+
+    kind: str
+    """`vertical-leg`, `cylinder`, `drive` or `robot` (four like legs of one machine)."""
+    known: Known
+    friction: Friction
+    """Friction (5) as fitted so far."""
+    signals: tuple[Signals, ...]
+    reference_n: tuple[Array | None, ...]
+    """The known external force of each recording; None for a foot in the air."""
+    residual: tuple[ForceResidual, ...] = ()
+
+    @cached_property
+    def position_m(self) -> Array:
+        """Positions of all recordings, one after the other."""
+        return np.concatenate([signal.position_m for signal in self.signals])
+
+    @property
+    def seconds(self) -> float:
+        """How long the recordings last together."""
+        return sum(float(signal.time_s[-1] - signal.time_s[0]) for signal in self.signals)
+
+    @property
+    def oil_temperature_span_k(self) -> float:
+        """By how much the oil's temperature changes over all recordings, single outliers aside."""
+        channels = [signal.oil_temperature_degc for signal in self.signals]
+        ranges = [np.percentile(values, [2, 98]) for values in channels if values is not None]
+        return float(max(range_[1] for range_ in ranges) - min(range_[0] for range_ in ranges))
+
+    @property
+    def largest_load_n(self) -> float:
+        """The largest external force that lasted, N; 0 where the foot was always in the air."""
+        known = [force for force in self.reference_n if force is not None]
+        return max((float(np.percentile(np.abs(force), 98)) for force in known), default=0.0)
+
+    @property
+    def largest_acceleration_m_s2(self) -> float:
+        """The acceleration that one sample in ten of the liveliest recording exceeds, m/s2."""
+        return max(
+            float(np.percentile(np.abs(signal.acceleration_m_s2), 90)) for signal in self.signals
+        )
+
+
+# What a world has and its model lacks: plain numbers that effects write and the world puts where
+# they belong.
+#
+# One object a run. Whatever nobody writes to stays as the machine has it. SI; cylinders by their
+# axis (`fl_radial`), feet by their leg, ropes by their side.
+
+
+@dataclass
+class HiddenCylinder:
+    """One cylinder with its valve and its sensors. None: as the machine has it; 0 where a number is
+    added to its own.
+    """
+
+    replaced: dict[str, float] = field(default_factory=dict)
+    """Path in AxisParameters (laws/hydraulics.py) -> number in the place of the machine's."""
+    added: dict[str, float] = field(default_factory=dict)
+    """The same -> number on top of the machine's."""
+    mass_kg: float = 0.0
+    gain_error_a: float = 0.0
+    gain_error_b: float = 0.0
+    zero_a_pa: float = 0.0
+    zero_b_pa: float = 0.0
+    hysteresis_pa: float = 0.0
+    bow_pa: float = 0.0
+    drift_a_pa_s: float | None = None
+    pressure_delay_s: float = 0.0
+    encoder_offset: float = 0.0
+    """m, of a rotation joint rad; added to the reading."""
+    play_rad: float = 0.0
+    """Half of what a rotation joint moves before its encoder follows."""
+
+
+@dataclass
+class HiddenRope:
+    """One rope: what its load pin adds, and where its anchor is."""
+
+    tension_gain_error: float = 0.0
+    tension_zero_n: float = 0.0
+    azimuth_rad: float = 0.0
+    """The anchor, seen from the robot, is turned to the left in the slope's plane."""
+    elevation_rad: float = 0.0
+    """... and raised off the slope."""
+    attachment_height_m: float = 0.0
+    """Added to the height at which it pulls, body frame."""
+
+
+@dataclass
+class HiddenFoot:
+    """The ground under one foot."""
+
+    settling_m_s: float = 0.0
+    settling_depth_m: float = 0.0
+    friction: float | None = None
+
+
+@dataclass
+class HiddenMass:
+    """A mass fixed to the body at a point (3) of its frame, m."""
+
+    mass_kg: float
+    position_m: tuple[float, float, float]
+
+
+@dataclass
+class Hidden:
+    """Everything that effects may change in a world."""
+
+    cylinders: dict[str, HiddenCylinder] = field(
+        default_factory=lambda: {axis: HiddenCylinder() for axis in AXES}
+    )
+    ropes: dict[str, HiddenRope] = field(
+        default_factory=lambda: {f"rope_{side}": HiddenRope() for side in SIDES}
+    )
+    feet: dict[str, HiddenFoot] = field(
+        default_factory=lambda: {f"foot_{leg}": HiddenFoot() for leg in LEGS}
+    )
+    body_masses: list[HiddenMass] = field(default_factory=list)
+    centre_of_mass_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Shift of the body's centre of mass, body frame."""
+    hinges_m: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+    """Leg -> shift of its rotation joint, body frame."""
+    unit_roll_rad: float = 0.0
+    unit_pitch_rad: float = 0.0
+    """How the inertial unit is mounted: added to what it reads."""
+    rope_stiffness_factor: float = 1.0
+    thrust_factor: float = 1.0
+    pump_flow_factor: float = 1.0
+    pump_pressure_factor: float = 1.0
+    droop_pa_s_m3: float | None = None
+    droop_s: float = 1.0
+
+    def at(self, place: str) -> Any:
+        """What is hidden at a place: of a cylinder, a rope or a foot; elsewhere, all else."""
+        return {**self.cylinders, **self.ropes, **self.feet}.get(place, self)

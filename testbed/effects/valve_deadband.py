@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.signature import Change, RobotSeen, Signature
-from testbed.effects.terms import FlowTerms, Signals, Values
+from testbed.effects.terms import Coordinate, FlowTerms, Observed, Signals, Values
 
 
 def opening(spool: Any, deadband: float) -> Any:

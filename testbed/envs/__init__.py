@@ -1,8 +1,9 @@
 """Gymnasium environments; importing this package registers them.
 
-import gymnasium, testbed.envs
-env = gymnasium.make("Roboclimber/Drill-v0")          # or without the import:
-"testbed.envs:Roboclimber/Drill-v0"
+    import gymnasium, testbed.envs
+    env = gymnasium.make("Roboclimber/Drill-v0")
+
+Without the import the id is "testbed.envs:Roboclimber/Drill-v0".
 """
 
 from __future__ import annotations
@@ -15,15 +16,15 @@ import gymnasium
 from testbed.errors import InputError
 
 ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
-    "Roboclimber/Stand-v0": ("testbed.envs.stand:StandEnv", {"scenario": "stand_slope_45"}),
+    "Roboclimber/Stand-v0": ("testbed.envs.holding:StandEnv", {"scenario": "stand_slope_45"}),
     "Roboclimber/Climb-v0": ("testbed.envs.climb:ClimbEnv", {"scenario": "crawl_slope_30"}),
-    "Roboclimber/Drill-v0": ("testbed.envs.drill:DrillEnv", {"scenario": "drill_slope_45"}),
+    "Roboclimber/Drill-v0": ("testbed.envs.holding:DrillEnv", {"scenario": "drill_slope_45"}),
     "Roboclimber/ForceDistribution-v0": (
         "testbed.envs.force_distribution:ForceDistributionEnv",
         {"scenario": "drill_slope_45", "randomisation": "distribution"},
     ),
     "Roboclimber/Climb-v1": (
-        "testbed.envs.climb_steps:ClimbStepsEnv",
+        "testbed.envs.climb:ClimbStepsEnv",
         {
             "scenario": "crawl_slope_45",
             "overrides": ["rates.record_hz=100", "task.steps=1000"],

@@ -18,12 +18,18 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.gait import Layered
-from testbed.control.layers.trim import Trim
-from testbed.control.observed import Observed, amounts
+from testbed.control.gait import Layered, Observed, amounts
+from testbed.control.layers import Trim
 from testbed.envs.display import has_display
-from testbed.envs.increments import INCREMENTS, increase, increased
-from testbed.envs.observations import TABLE, Observer, fitted, in_units
+from testbed.envs.observations import (
+    INCREMENTS,
+    TABLE,
+    Observer,
+    fitted,
+    in_units,
+    increase,
+    increased,
+)
 from testbed.envs.randomisation import draw_overrides, named_set
 from testbed.envs.rewards import (
     HOLDING,
@@ -35,7 +41,7 @@ from testbed.envs.rewards import (
     term_weights,
     truth_of_step,
 )
-from testbed.errors import InputError
+from testbed.errors import InputError, check_one_of
 from testbed.formats.arrays import Array, Flags
 from testbed.machine.model import Machine
 from testbed.recording.rows import DataRow, TruthRow
@@ -104,10 +110,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             raise InputError(
                 "no such mode", field="render_mode", value=render_mode, allowed="human, rgb_array"
             )
-        if observations not in ("flat", "dict"):
-            raise InputError(
-                "no such form", field="observations", value=observations, allowed="flat, dict"
-            )
+        check_one_of(observations, ("flat", "dict"), "observations", "no such form")
         if step_ms < TICK_MS or step_ms % TICK_MS:
             raise InputError(
                 "must be whole control ticks",

@@ -16,12 +16,10 @@ import numpy as np
 
 from testbed.control.distribution.controllers import distribution
 from testbed.control.distribution.corrected import PULL_N, SHARE_N, Corrected
-from testbed.control.gait import Layered
-from testbed.control.layers.orders import Orders
-from testbed.control.observed import Observed, amounts
+from testbed.control.gait import Layered, Observed, amounts
+from testbed.control.layers import Orders
 from testbed.envs.base import TICK_MS, RoboclimberEnv
-from testbed.envs.increments import action_rows
-from testbed.envs.observations import HOLE_TABLE
+from testbed.envs.observations import HOLE_TABLE, action_rows
 from testbed.envs.rewards import END, LOST, Term, Truth
 from testbed.errors import InputError
 from testbed.formats.arrays import Array, Flags

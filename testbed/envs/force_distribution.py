@@ -14,10 +14,9 @@ import numpy as np
 from testbed.control.distribution.controllers import distribution
 from testbed.control.distribution.corrected import PULL_N, SHARE_N, Corrected
 from testbed.control.gait import Layered
-from testbed.control.layers.trim import Trim
+from testbed.control.layers import Trim
 from testbed.envs.base import Observation, RoboclimberEnv
-from testbed.envs.increments import action_rows
-from testbed.envs.observations import SHARE_TABLE
+from testbed.envs.observations import SHARE_TABLE, action_rows
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS, SIDES
 from testbed.scenario.scenario import Scenario

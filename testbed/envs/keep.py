@@ -3,10 +3,9 @@ slippery, or both.
 
 Twenty times a second the agent orders the speed of both ropes, how fast one diagonal of feet is
 raised over the other and the front over the rear, and how fast the body moves up or down the slope
-over its feet. From the first fault on, each second is paid in
-which the feet stay where they were; the pay fades with the furthest way that any of them has
-slipped since the start, before the fault or after it. Nothing is lost by an action, and nothing is
-gained by an early end.
+over its feet. From the first fault on, each second is paid in which the feet stay where they were;
+the pay fades with the furthest way that any of them has slipped since the start, before the fault
+or after it. Nothing is lost by an action, and nothing is gained by an early end.
 """
 
 from __future__ import annotations
@@ -15,14 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from testbed.control.gait import Layered
-from testbed.control.layers.orders import Orders
-from testbed.control.layers.shift import SHIFT_SPEED_M_S, Shift
-from testbed.control.layers.trim import OFFSET_SPEED_M_S, Trim
-from testbed.control.observed import amounts
+from testbed.control.gait import Layered, amounts
+from testbed.control.layers import OFFSET_SPEED_M_S, SHIFT_SPEED_M_S, Orders, Shift, Trim
 from testbed.envs.base import RoboclimberEnv
-from testbed.envs.increments import OFFSET_RANGE_M, action_rows
-from testbed.envs.observations import KEEP_TABLE
+from testbed.envs.observations import KEEP_TABLE, OFFSET_RANGE_M, action_rows
 from testbed.envs.rewards import Term, Truth
 from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import SIDES

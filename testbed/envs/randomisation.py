@@ -14,7 +14,7 @@ import numpy as np
 
 from testbed.effects import by_name
 from testbed.effects.base import ParameterSpec
-from testbed.errors import InputError
+from testbed.errors import InputError, check_one_of
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.names import LEGS, SIDES
 from testbed.machine.scale import ROBOCLIMBER, Scale
@@ -43,10 +43,7 @@ def named_set(chosen: str | Mapping[str, Any] | None, scale: Scale = ROBOCLIMBER
     if chosen is None:
         return {}
     if isinstance(chosen, str):
-        if chosen not in sets():
-            raise InputError(
-                "no such set", field="randomisation", value=chosen, allowed=", ".join(sets())
-            )
+        check_one_of(chosen, sets(), "randomisation", "no such set")
         return {path: _grown(path, how, scale) for path, how in sets()[chosen].items()}
     for path, how in chosen.items():
         _checked(path, how)

@@ -31,9 +31,8 @@ import numpy as np
 from testbed.envs import named
 from testbed.envs.policies import OPTIMISER, WEIGHTS, actor, read_tensors
 from testbed.errors import InputError, extra
-from testbed.formats.files import read_json, whole, write_json
+from testbed.formats.files import owned, read_json, whole, write_json
 from testbed.formats.networks import write_network
-from testbed.formats.ownership import owned
 from testbed.simulation.workers import single_threaded
 
 MANY_STEPS: dict[str, Any] = {

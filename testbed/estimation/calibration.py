@@ -255,9 +255,8 @@ def _fit(
     if not friction:
         return _robust(*_design(rows, gains, 1.0, 0.0))[1:]
     level = _friction_level(rows, gains)
-    for _ in range(
-        2
-    ):  # the second time with the pressures, and the Coulomb friction that scales a prior, as found
+    # The second time with the pressures, and the Coulomb friction that scales a prior, as found.
+    for _ in range(2):
         tried = [_robust(*_design(rows, gains, c, level)) for c in np.geomspace(C_LOW, C_HIGH, 6)]
         best = min(tried, key=lambda result: result[0])
         level = max(float(best[1][2 * len(gains) + COULOMB]), 0.1 * level)

@@ -1,10 +1,11 @@
 """One cylinder as an estimator may know it: its sensors corrected, its force, its friction as a
 value and as a set.
 
-    true pressure = (reading - zero - drift t) / (1 + gain)   (laws of sensor.drift_a and
-    sensor.gain_a) piston force = pA A_A - pB A_B
-    F_f(v) = sigma v + sign(v) [F_c0 + F_s0 exp(-|v| / c_s)]   (5), one set of numbers for each
-    sense
+    true pressure = (reading - zero - drift t) / (1 + gain)
+    piston force  = pA A_A - pB A_B
+    F_f(v)        = sigma v + sign(v) [F_c0 + F_s0 exp(-|v| / c_s)]   (5)
+
+The first is the law of sensor.drift_a and sensor.gain_a; (5) has one set of numbers for each sense.
 
 What a model adds to (5) comes as `Conditions`. Used live (a number at a time) and over recordings;
 forces in N along extension, friction positive against extension.
@@ -131,7 +132,7 @@ VOID_PA, VOID_SD_PA = -0.5e5, 0.29e5
 down to a void, 1 bar below: its middle, and its standard deviation."""
 
 
-def unclipped(readings_pa: Array) -> Array:
+def replace_clipped(readings_pa: Array) -> Array:
     """Readings (samples,), what has ended at 0 replaced by the middle of what it may stand for."""
     return np.where(readings_pa <= 0.0, VOID_PA, readings_pa)
 
@@ -143,7 +144,7 @@ def chamber_pressure(reading: float, sensor: Any, time_s: float) -> float:
 
 
 @njit
-def unread_n(reading_a: float, reading_b: float, c: Any) -> float:
+def clipped_reading_sd(reading_a: float, reading_b: float, c: Any) -> float:
     """Standard deviation (N) of what readings that have ended at 0 leave open of a piston's force;
     c: Cylinder.
     """
@@ -162,7 +163,7 @@ piston_force = njit(piston_force_n)
 
 
 @njit
-def fading(speed: float, side: Any) -> float:
+def stribeck_share(speed: float, side: Any) -> float:
     """What is left of F_s0 at `speed` = |v|, 1."""
     return math.exp(-speed / side.stribeck_speed)
 
@@ -181,7 +182,7 @@ def friction_size(speed: float, side: Any, now: Conditions) -> float:
     """Size of friction in one sense (`side`: FrictionSide) at `speed` = |v| >= 0."""
     static = side.static + now.dwell * (side.coulomb * now.factor + now.extra)
     dry = side.viscous * now.thinning * speed + side.coulomb * now.factor + now.extra
-    return float(dry + static * fading(speed, side))
+    return float(dry + static * stribeck_share(speed, side))
 
 
 @njit
@@ -235,7 +236,7 @@ def place_factor(cylinder: Any, extension: float) -> float:
 
 
 @njit
-def overhang_factor(cylinder: Any, extension: float) -> float:
+def side_load_factor(cylinder: Any, extension: float) -> float:
     """Friction by a load across the rod at an extension (m) over that in the middle of the
     stroke.
     """
@@ -252,7 +253,7 @@ def extra_friction(cylinder: Any, pressures: float, load: float, across: float) 
 
 
 @njit
-def softness(gauge_pa: float, cylinder: Any) -> float:
+def oil_compliance(gauge_pa: float, cylinder: Any) -> float:
     """1 / beta of oil with its air, 1/Pa."""
     air = _of_air(max(gauge_pa, 0.0), cylinder.air, POLYTROPIC_POWER) if cylinder.air > 0.0 else 0.0
     return float(1.0 / cylinder.bulk_modulus + air)
@@ -268,8 +269,8 @@ def oil_springs(pa: float, pb: float, extension: float, cylinder: Any) -> tuple[
     inside = min(max(extension, 0.0), cylinder.stroke)
     volume_a = cylinder.dead_volume_a + cylinder.area_a * inside
     volume_b = cylinder.dead_volume_b + cylinder.area_b * (cylinder.stroke - inside)
-    gives_a = volume_a * softness(pa, cylinder) + cylinder.hose_a
-    gives_b = volume_b * softness(pb, cylinder) + cylinder.hose_b
+    gives_a = volume_a * oil_compliance(pa, cylinder) + cylinder.hose_a
+    gives_b = volume_b * oil_compliance(pb, cylinder) + cylinder.hose_b
     return (
         float(cylinder.area_a * cylinder.area_a / gives_a),
         float(cylinder.area_b * cylinder.area_b / gives_b),
@@ -286,7 +287,7 @@ def seal_ratio(pa: float, pb: float, extension: float, cylinder: Any) -> float:
 
 
 @njit
-def push_of(command: float, deadband: float) -> float:
+def valve_direction(command: float, deadband: float) -> float:
     """The way an open valve drives the piston, -1 or 1; 0 while it is shut."""
     if abs(command) < deadband:
         return 0.0

@@ -15,9 +15,8 @@
 A record's NumPy dtype, its column names in a recording and its table for people all follow from the
 declaration, so that a new field may stand anywhere in it. Compiled functions take arrays of records
 (an array costs a Python caller 0.2 us, a single record 0.9 us) and hand single records on, which
-costs nothing. But a single record does not keep its
-array alive there: what a compiled function allocates for itself it hands on as an array, and the
-callee takes `[0]`.
+costs nothing. But a single record does not keep its array alive there: what a compiled function
+allocates for itself it hands on as an array, and the callee takes `[0]`.
 """
 
 from __future__ import annotations

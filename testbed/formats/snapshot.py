@@ -38,14 +38,14 @@ MADE_IN_PYTHON = 1 << 9
 
 
 @dataclass
-class Taken:
+class Snapshot:
     """A state: `nodes`, a JSON list of what can change, and the arrays that they name by number."""
 
     nodes: list[dict[str, Any]] = field(default_factory=list)
     arrays: list[NDArray[Any]] = field(default_factory=list)
 
 
-def take(root: Any, constant: Constant) -> Taken:
+def capture(root: Any, constant: Constant) -> Snapshot:
     """The state of everything that is reached from `root`. Raises InputError for what no state can
     hold.
     """
@@ -54,7 +54,7 @@ def take(root: Any, constant: Constant) -> Taken:
     return taking.taken
 
 
-def put(taken: Taken, root: Any, constant: Constant) -> None:
+def put_back(taken: Snapshot, root: Any, constant: Constant) -> None:
     """Bring `root`, built as the tree was that `taken` comes from, to that state.
 
     Raises InputError where it was built otherwise, or where the state is damaged.
@@ -140,7 +140,7 @@ class _Taking:
     """Walks a tree once and writes down each object when it is first met."""
 
     def __init__(self, constant: Constant) -> None:
-        self.taken = Taken()
+        self.taken = Snapshot()
         self._constant = constant
         self._met: dict[int, Any] = {}
         self._alive: list[Any] = []
@@ -253,7 +253,7 @@ def _index(thing: Any, path: str, constant: Constant, there: dict[str, Any], met
 class _Putting:
     """Fills a tree from a state; an object that is not there is made."""
 
-    def __init__(self, taken: Taken, there: Mapping[str, Any]) -> None:
+    def __init__(self, taken: Snapshot, there: Mapping[str, Any]) -> None:
         self._taken, self._there = taken, there
         self._modules = {_module(type(thing)) for thing in there.values()}
         self._made: dict[int, Any] = {}

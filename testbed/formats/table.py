@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.errors import InputError
+from testbed.errors import InputError, check_one_of
 from testbed.formats.arrays import Array
 from testbed.formats.files import whole
 
@@ -25,20 +25,13 @@ def read_columns(path: Path, wanted: Mapping[str, str], declared_in: Path) -> di
     """The columns named in `wanted` (column -> field that names it), as float64 of equal length.
 
     Of a Parquet file no other column is read; it may be the folder of parts that a killed run
-    leaves.
-    Raises InputError: missing file, broken table, missing column, a column that is not numbers.
+    leaves. Raises InputError: missing file, broken table, missing column, a column that is not
+    numbers.
     """
     names, table = _open(path, wanted)
     out: dict[str, Array] = {}
     for column, field in wanted.items():
-        if column not in names:
-            raise InputError(
-                f"{path.name} has no such column",
-                file=declared_in,
-                field=field,
-                value=column,
-                allowed=", ".join(names),
-            )
+        check_one_of(column, names, field, f"{path.name} has no such column", declared_in)
         try:
             found = table.column(column)
             if str(found.type) != "double":  # a cast loads all that Arrow computes with

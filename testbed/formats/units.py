@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from testbed.errors import InputError
+from testbed.errors import check_one_of
 from testbed.formats.arrays import Array
 
 Number = TypeVar("Number", float, Array)
@@ -66,8 +66,7 @@ def convertible(si: str) -> tuple[str, ...]:
 
 def si_unit(unit: str) -> str:
     """The SI unit that `unit` becomes. Raises InputError for one that is not known."""
-    if unit not in UNITS:
-        raise InputError("unknown unit", field="unit", value=unit, allowed=", ".join(UNITS))
+    check_one_of(unit, UNITS, "unit", "unknown unit")
     return UNITS[unit].si
 
 

@@ -29,7 +29,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from testbed.laws.compiling import njit_law
+from testbed.compiled import njit_law
 from testbed.laws.holding import NO_HOLDING, held_port
 from testbed.laws.oil import (
     ATMOSPHERE_PA,
@@ -176,9 +176,8 @@ def first_stage(
     """Flows and slopes of one axis at the substep's start; rates as y + u q.
 
     Leaves in w.drawn what it draws from the supply, m3/s, and in w.rise its slope by q, the rate of
-    the supply's
-    pressure. o, o_next: the valve's openings at both ends of the substep; ps, pt: pressures of
-    supply and tank, Pa.
+    the supply's pressure. o, o_next: the valve's openings at both ends of the substep; ps, pt:
+    pressures of supply and tank, Pa.
     """
     gh = GAMMA * h
     a, b = w.a, w.b

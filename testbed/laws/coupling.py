@@ -33,7 +33,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.laws.compiling import njit_law
+from testbed.compiled import njit_law
 
 
 @njit_law(forceinline=True)

@@ -5,8 +5,8 @@
 With an elastic share s > 0 the contact is elasto-plastic (Dupont and others, 2002: nothing slips
 below break-away):
 
-    dz/dt = v (1 - alpha |z| k / g),   alpha |z| k / g = (|z| k / g - s) / (1 - s) above s where z
-    grows, else 0
+    dz/dt = v (1 - alpha |z| k / g),
+    alpha |z| k / g = (|z| k / g - s) / (1 - s) above s where z grows, else 0
 
 Its steady state is the same. Vibration below s of the break-away force then leaves a stuck seal its
 force, which the plain bristle (s = 0) gives up by and by. Over a slide z depends on the way alone
@@ -18,8 +18,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from testbed.compiled import njit_law
 from testbed.formats.records import Record, part, quantity
-from testbed.laws.compiling import njit_law
 
 SHORT_EXPONENT, SHORTEST_EXPONENT = 0.01, 1e-6
 """Below these an approach's closed form would divide zero by zero: its series, right to 1e-10, and

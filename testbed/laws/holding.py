@@ -3,15 +3,14 @@ under a condition.
 
 A pilot-operated check valve (1) lets oil out where the spool opens the port to the tank; a
 counterbalance valve (2) then opens with (p - pt) + pilot_ratio (pilot - pt) above its setting, over
-COUNTERBALANCE_BAND_PA. Shut, both are
-tight. pilot: pressure of the other chamber.
+COUNTERBALANCE_BAND_PA. Shut, both are tight. pilot: pressure of the other chamber.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from testbed.laws.compiling import njit_law
+from testbed.compiled import njit_law
 from testbed.laws.orifice import PortFlow
 
 NO_HOLDING, PILOT_CHECK, COUNTERBALANCE = 0.0, 1.0, 2.0

@@ -1,8 +1,9 @@
 """Twelve differential cylinders with their valves on one supply: the compiled step that runs beside
 the engine.
 
-    F = pA A_A - pB A_B - (A_A - A_B) p_atm - friction + cushions and stops        (pushes the rod
-    out)
+    F = pA A_A - pB A_B - (A_A - A_B) p_atm - friction + cushions and stops
+
+F pushes the rod out.
 
 The engine holds joint rates over its step, so whatever depends on command and rate alone
 (amplifier, hysteresis, spool, bristle, dwell, cushions, stops, transducers) is advanced in closed
@@ -17,10 +18,10 @@ from typing import Any
 
 import numpy as np
 
+from testbed.compiled import njit_law
 from testbed.formats.records import Record, part, quantity
 from testbed.laws.chamber import begin, close_step, first_stage, kept_by_hoses, second_stage
-from testbed.laws.compiling import njit_law
-from testbed.laws.ends import EndParameters, ExtraForces, end_force, extra_force
+from testbed.laws.end_stops import EndParameters, ExtraForces, end_force, extra_force
 from testbed.laws.friction import SealParameters, SealState, friction_step
 from testbed.laws.oil import ATMOSPHERE_PA, OilNear, OilParameters
 from testbed.laws.supply import (

@@ -45,9 +45,8 @@ def start_axes(
 
     stuck (n,): friction as a share of break-away, -1 to 1, + as if the rod had stopped while going
     out. The unloaded chamber stands at `unloaded_pa` (gauge), the loaded one balances. With a
-    SupplyState the machine has
-    stood for a while: the unloaded chamber has settled to where its shut valve leaks it, if that is
-    lower.
+    SupplyState the machine has stood for a while: the unloaded chamber has settled to where its
+    shut valve leaks it, if that is lower.
     """
     axes = AxisState.zeros(len(x))
     shares = np.broadcast_to(stuck, np.shape(x))

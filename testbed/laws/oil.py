@@ -15,8 +15,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from testbed.compiled import njit_law
 from testbed.formats.records import Record, quantity
-from testbed.laws.compiling import njit_law
 
 NEAR_GUESS, NEAR_STEP = 0.03, 1e-4
 """Shares of the pressure by which guess and step may be off for the series to be right to 1e-7."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from testbed.laws.compiling import njit_law
+from testbed.compiled import njit_law
 
 LAMINAR_DROP_PA = 2.0e4
 """Pressure drop below which the flow turns laminar (assumed; a sharp edge at Re of some tens)."""

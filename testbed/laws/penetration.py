@@ -1,7 +1,7 @@
 """How fast a percussive bit eats rock, and when the feed finds nothing to push on.
 
-    v = efficiency * E_blow * f / (A specific_energy) * thrust(F / F_best),   thrust(x) = x (2 - x)
-    for 0 <= x <= 2
+    v = efficiency * E_blow * f / (A specific_energy) * thrust(F / F_best),
+    thrust(x) = x (2 - x) for 0 <= x <= 2
 
 The energy that a volume of rock takes is the handbook's measure of drillability; the thrust factor
 falls on both sides of the best feed (bouncing bit, stalling bit) and is 1 there. It is a parabola

@@ -89,9 +89,8 @@ def sagging_tension(
         return touching * ((excess_touching / excess) ** 2 - rest) / (1.0 - rest)
     a, b = stiffness_ea_n * strain, stiffness_ea_n * q
     tension: float = max(a, 0.0) + b ** (1.0 / 3.0)
-    for _ in range(
-        30
-    ):  # Newton from above on a convex branch: it comes down to the root and never past it
+    # Newton from above on a convex branch: it comes down to the root and never past it.
+    for _ in range(30):
         step = (tension**2 * (tension - a) - b) / (tension * (3.0 * tension - 2.0 * a))
         tension -= step
         if step < 1e-10 * tension:

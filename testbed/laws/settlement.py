@@ -1,7 +1,8 @@
 """Loose ground: it gives way under a load for good, and is as firm as the highest load made it.
 
-    ds/dt = max(0, F / k - s) / T,   s >= 0 the settlement under one foot, F its load, k the plastic
-    stiffness
+    ds/dt = max(0, F / k - s) / T
+
+s >= 0 is the settlement under one foot, F its load, k the plastic stiffness.
 
 A linear virgin curve with a viscous delay; unloading gives nothing back (the elastic part is the
 ground's stiffness).

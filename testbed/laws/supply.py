@@ -3,10 +3,11 @@ warming oil.
 
 Oil in line and accumulator, standard volume: W = (line volume + accumulator(p)) / nu(p), and
 
-    W' = pump - drawn by the axes - traction - relief - leakage (+ make-up from the tank below its
-    pressure) stroke' = (wanted(p) - stroke) / lag, wanted = 1 at the demand less the band, 0 at the
-    demand pump = min(stroke * full flow, power / enthalpy rise)
-    droop' = (-droop - by flow * drawn) / time, what the valves see is p + droop
+    W'      = pump - drawn by the axes - traction - relief - leakage
+              (+ make-up from the tank below its pressure)
+    stroke' = (wanted(p) - stroke) / lag,  wanted = 1 at the demand less the band, 0 at the demand
+    pump    = min(stroke * full flow, power / enthalpy rise)
+    droop'  = (-droop - by flow * drawn) / time,  what the valves see is p + droop
 
 What pressure the pump works towards, its demand, is the kind of supply (`demand_step`): constant;
 load-sensing, the highest load pressure behind an open port and a margin; unloading, which charges
@@ -19,9 +20,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from testbed.compiled import njit_law
 from testbed.formats.records import Record, part, quantity
 from testbed.laws.chamber import GAMMA
-from testbed.laws.compiling import njit_law
 from testbed.laws.oil import VAPOUR_PA, OilParameters, enthalpy, specific_volume
 
 CONSTANT, LOAD_SENSING, UNLOADING = 0.0, 1.0, 2.0

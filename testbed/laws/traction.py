@@ -2,17 +2,17 @@
 holds it meanwhile.
 
     GRIPPED    the moving clamp holds the rope and goes with the piston: haul (place grows) or pay
-    out (place falls)
+               out (place falls)
     CLOSING    end of the stroke: the fixed clamp closes, takes the load over and gives by its seat
-    while it does RETURNING  the fixed clamp holds, the piston goes back to where the next stroke
-    begins OPENING    the moving clamp closes again and takes the load over, with its seat; the
-    fixed one opens
+               while it does
+    RETURNING  the fixed clamp holds, the piston goes back to where the next stroke begins
+    OPENING    the moving clamp closes again and takes the load over, with its seat; the fixed one
+               opens
 
 What is wanted meanwhile is owed and made up for at full speed, up to OWED_MOST_M. A device that is
 not needed for a while goes back by itself, so that a whole stroke is ready. The pull ends where
-pressure on the piston or the rating
-ends: the rate falls to zero over the last tenth of that strength. Oil: the piston's area while
-hauling, the annulus going back.
+pressure on the piston or the rating ends: the rate falls to zero over the last tenth of that
+strength. Oil: the piston's area while hauling, the annulus going back.
 """
 
 from __future__ import annotations

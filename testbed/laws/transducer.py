@@ -6,9 +6,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from testbed.compiled import njit_law
 from testbed.formats.records import Record, quantity
-from testbed.laws.compiling import njit_law
-from testbed.laws.linear import lag_weights, second_order
+from testbed.laws.second_order import lag_weights, second_order
 
 
 class TransducerParameters(Record):

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from testbed.compiled import njit_law
 from testbed.formats.records import Record, quantity
-from testbed.laws.compiling import njit_law
-from testbed.laws.linear import second_order
+from testbed.laws.second_order import second_order
 
 
 class ValveParameters(Record):
@@ -97,9 +97,8 @@ def forced_share(wn: float, zeta: float, tau: float, t: float) -> tuple[float, f
     """
     inverse = 1.0 / tau
     resonance = inverse * inverse - 2.0 * zeta * wn * inverse + wn * wn
-    if (
-        abs(resonance) < 1e-6 * wn * wn
-    ):  # the input decays like the spool itself: step aside by a millionth
+    # The input decays like the spool itself: step aside by a millionth.
+    if abs(resonance) < 1e-6 * wn * wn:
         resonance = 1e-6 * wn * wn
     forced = wn * wn / resonance
     return forced, -forced * inverse, math.exp(-t * inverse)

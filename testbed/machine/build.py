@@ -17,8 +17,7 @@ from testbed import resources
 from testbed.errors import InputError
 from testbed.machine.folder import NUMBERS, bodies_of_folder, drawing_board, own_numbers
 from testbed.machine.model import SHIPPED, Machine, shared_path
-from testbed.machine.provenance import read_quantities
-from testbed.machine.sets import DEFAULT, SetName, machine_set
+from testbed.machine.provenance import DEFAULT, SetName, machine_set, read_quantities
 from testbed.machine.urdf_geometry import differing, urdf_numbers
 
 HOW_TO_AGREE = (

@@ -3,13 +3,11 @@
     format: roboclimber-machine/1
     name: my climber
     description: what it is
-    length_scale: 0.5          # numbers that are not given are ROBOCLIMBER's, scaled by Froude's
-    law; 1: as they are
-    set: original              # of which of its sets: a constant supply, no holding valves
-    (inferred: the paper's circuit)
-    without: [drill]           # what the drawn URDF leaves out: drill, ropes
-    numbers:                   # groups and names of roboclimber.yaml, each with unit, mark and
-    source
+    length_scale: 0.5      # numbers not given are ROBOCLIMBER's, scaled by Froude's law (1: as is)
+    set: original          # of which set: a constant supply, no holding valves; or
+                           # inferred: the paper's circuit
+    without: [drill]       # what the drawn URDF leaves out: drill, ropes
+    numbers:               # groups and names of roboclimber.yaml, with unit, mark and source
       oil: {entrained_air: {value: 0.01, unit: "1", mark: E, source: "new oil"}}
 
 Geometry, masses, strokes and ranges are the URDF's, and a number that says otherwise is refused:
@@ -32,9 +30,15 @@ from testbed.formats.files import check_links
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import SHIPPED, Machine
 from testbed.machine.overridden import check_kind
-from testbed.machine.provenance import Quantity, quantities_of, read_quantities
+from testbed.machine.provenance import (
+    DEFAULT,
+    Quantity,
+    SetName,
+    machine_set,
+    quantities_of,
+    read_quantities,
+)
 from testbed.machine.scale import exponent
-from testbed.machine.sets import DEFAULT, SetName, machine_set
 
 NUMBERS, BODIES = "machine.yaml", "robot.urdf"
 OF_THE_MATERIAL = ("oil.bulk_modulus_pa", "rock.")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from testbed.machine.number_types import Box, Group, Positive, Vector
+from testbed.machine.groups import Box, Group, Positive, Vector
 
 
 class RigidPart(Group):

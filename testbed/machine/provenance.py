@@ -10,10 +10,11 @@ import difflib
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
-from testbed.errors import InputError
+from testbed.errors import InputError, check_one_of
 from testbed.formats.yaml_files import read_yaml
 
 MARKS = {
@@ -96,14 +97,7 @@ def _quantity(item: Mapping[str, Any], file: str, path: str) -> Quantity:
             field=path,
             allowed="value, unit, mark, source",
         )
-    if item.get("mark") not in tuple(MARKS):
-        raise InputError(
-            "has no valid mark",
-            file=file,
-            field=path,
-            value=item.get("mark"),
-            allowed=", ".join(MARKS),
-        )
+    check_one_of(item.get("mark"), tuple(MARKS), path, "has no valid mark", file)
     for word in ("unit", "source"):
         if not (item.get(word) and isinstance(item[word], str)):
             raise InputError(
@@ -123,3 +117,29 @@ def nearest(name: str, names: list[str]) -> str:
     """Words that name the parameters most like `name`."""
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
     return f"a parameter such as {', '.join(near or names[:3])}; `testbed parameters` lists all"
+
+
+# Sets of numbers under which the machine can be had: the default one, and others that differ from
+# it by name.
+#
+# `inferred` is roboclimber.yaml itself: the circuit under which the paper's figures hold together
+# (its numbers say which figure they come from). sets.yaml lists by what the others differ:
+# `original` the circuit declared before, `overlapped` valves without feedback of their spools.
+
+SetName = Literal["inferred", "original", "overlapped"]
+SET_NAMES: tuple[SetName, ...] = get_args(SetName)
+DEFAULT: SetName = "inferred"
+
+
+@lru_cache(maxsize=4)
+def machine_set(name: SetName) -> dict[str, Quantity]:
+    """By what the set differs from roboclimber.yaml: dotted path -> quantity; empty for the default
+    one.
+    """
+    quantities = read_quantities(Path(__file__).with_name("sets.yaml"))
+    prefix = f"{name}."
+    return {
+        key.removeprefix(prefix): quantity
+        for key, quantity in quantities.items()
+        if key.startswith(prefix)
+    }

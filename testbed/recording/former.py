@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
-from testbed.machine.sets import DEFAULT, SetName
+from testbed.machine.provenance import DEFAULT, SetName
 
 Item = TypeVar("Item")
 

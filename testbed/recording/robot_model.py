@@ -14,7 +14,7 @@ from pydantic import Field
 from testbed.formats.checked import Checked, Sequence, checked
 from testbed.formats.yaml_files import read_mapping, write_yaml
 from testbed.recording.leg_model import Parameters, model_tree
-from testbed.scenario.world_parts import Undeclared
+from testbed.scenario.parts import Undeclared
 
 
 class PlacedEffect(Checked):

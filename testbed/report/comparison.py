@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from testbed.estimation.losses import loss_force_n
+from testbed.estimation.contact_losses import loss_force_n
 from testbed.formats.arrays import Array
-from testbed.formats.tree import flattened
+from testbed.formats.yaml_files import flattened
 from testbed.machine.names import LEGS, SIDES
 from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 from testbed.report.console import summary_rows
-from testbed.report.page import render
+from testbed.report.page import LEG_NAME, render, words
 from testbed.report.run_parts import way_up
 from testbed.report.series import course, limits, thousands
 from testbed.report.style import (
@@ -26,7 +26,6 @@ from testbed.report.style import (
     new_figure,
     svg,
 )
-from testbed.report.words import LEG_NAME, words
 from testbed.simulation.metrics import rope_tension_n, stability_margin, tilt_deg
 from testbed.simulation.runs import RecordedRun
 

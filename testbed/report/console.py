@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from testbed.report.words import method_name
+from testbed.report.page import method_name
 
 if TYPE_CHECKING:
     from testbed.estimation.calibration import Calibrated

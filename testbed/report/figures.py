@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from testbed.estimation.losses import intervals
+from testbed.estimation.contact_losses import intervals
 from testbed.formats.arrays import Array, Columns, Flags
 from testbed.formats.records import SET
 from testbed.machine.names import LEGS, SIDES
+from testbed.report.page import LEG_NAME, method_name
 from testbed.report.series import course, envelope, limits, spread, thousands
 from testbed.report.style import (
     BAND,
@@ -29,7 +30,6 @@ from testbed.report.style import (
     method_style,
     new_figure,
 )
-from testbed.report.words import LEG_NAME, method_name
 from testbed.simulation.metrics import LOSS_FORCE_N, methods, rms, rope_tension_n
 from testbed.simulation.residuals import Suspect, leg_alone, load_residuals
 

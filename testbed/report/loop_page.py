@@ -8,9 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from testbed.machine.names import LEGS
-from testbed.report.page import render
-from testbed.report.style import BLUE, GREY, RC, svg
-from testbed.report.words import LEG_NAME
+from testbed.report.page import LEG_NAME, render
+from testbed.report.style import BLUE, GREY, styled_figure, svg
 
 PLACES: Mapping[str, tuple[float, float]] = {
     "body": (0.0, 0.0),
@@ -87,10 +86,7 @@ def figures(row: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _courses(stages: Sequence[tuple[Mapping[str, Any], str, str]], salt: str) -> str:
-    import matplotlib.pyplot as plt
-
-    with plt.rc_context(RC):  # type: ignore[arg-type]
-        drawing, panels = plt.subplots(2, 2, figsize=(6.4, 3.4), sharex=True, sharey=True)
+    with styled_figure(2, 2, (6.4, 3.4), sharex=True, sharey=True) as (drawing, panels):
         for panel, leg in zip(panels.flat, LEGS, strict=True):
             for course, colour, label in stages:
                 panel.plot(course["t"], course[leg], color=colour, lw=1.1, label=label)
@@ -103,16 +99,11 @@ def _courses(stages: Sequence[tuple[Mapping[str, Any], str, str]], salt: str) ->
         drawing.tight_layout(rect=(0.0, 0.0, 1.0, 0.93))
         if len(stages) > 1:
             drawing.legend(*panels[0][0].get_legend_handles_labels(), loc="upper right", ncols=2)
-        text = svg(drawing, f"loop-{salt}")
-        plt.close(drawing)
-    return text
+        return svg(drawing, f"loop-{salt}")
 
 
 def _bars(by_leg: Mapping[str, Mapping[str, float]]) -> str:
-    import matplotlib.pyplot as plt
-
-    with plt.rc_context(RC):  # type: ignore[arg-type]
-        drawing, panel = plt.subplots(figsize=(4.2, 2.3))
+    with styled_figure(1, 1, (4.2, 2.3)) as (drawing, panel):
         for index, (stage, colour, label) in enumerate(
             (("before", GREY, "as believed"), ("after", BLUE, "with what was found"))
         ):
@@ -125,6 +116,4 @@ def _bars(by_leg: Mapping[str, Mapping[str, float]]) -> str:
         panel.grid(axis="x", visible=False)
         drawing.tight_layout(rect=(0.0, 0.0, 1.0, 0.9))
         drawing.legend(*panel.get_legend_handles_labels(), loc="upper right", ncols=2)
-        text = svg(drawing, "loop-bars")
-        plt.close(drawing)
-    return text
+        return svg(drawing, "loop-bars")

@@ -6,15 +6,18 @@ The frame stands still: x up the slope, y left, z off it, through the world's or
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from testbed.estimation.losses import loss_force_n
+from testbed.estimation.contact_losses import loss_force_n
 from testbed.formats.arrays import Array, Columns
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.robot.attitude import rotations_of
+from testbed.robot.model import rotations_of
 from testbed.robot.robot import Robot
+from testbed.scenario.terrain import Terrain
+from testbed.world.ground.terrain import make_ground
 
 Rows = npt.NDArray[np.int64]
 FRAME_S, MOST_FRAMES = 0.1, 400
@@ -112,3 +115,37 @@ def support(motion: Motion, moment: int) -> tuple[Array, Array]:
     total = float(normal.sum())
     middle = normal @ places / total if total > 0.0 else places.mean(axis=0)
     return places[corners], middle
+
+
+# The ground around a run's path as heights on a grid: what the moving picture and the plan view
+# draw.
+
+CELL_M, ROOM_M, MOST_CELLS = 0.2, 1.6, 60
+
+
+class Heights(NamedTuple):
+    """Heights off the mean slope, m, at x0 + i cell, y0 + j cell of the slope's frame."""
+
+    x0_m: float
+    y0_m: float
+    cell_m: float
+    values_m: Array
+    """(rows along x, columns along y)"""
+
+
+def heights_around(terrain: Terrain | None, path_m: Array) -> Heights | None:
+    """The ground with some room around the points (n, 2) that were stepped on; None where it is a
+    plane.
+    """
+    if terrain is None:
+        return None
+    ground = make_ground(terrain)
+    if ground.flat:
+        return None
+    low, high = path_m.min(axis=0) - ROOM_M, path_m.max(axis=0) + ROOM_M
+    cell = max(CELL_M, float((high - low).max()) / MOST_CELLS)
+    counts = np.ceil((high - low) / cell).astype(int) + 1
+    x, y = (low[side] + cell * np.arange(counts[side]) for side in (0, 1))
+    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    values, _ = ground.surface(points)
+    return Heights(float(low[0]), float(low[1]), cell, values.reshape(len(x), len(y)))

@@ -15,9 +15,8 @@ from testbed.diagnosis.robot.groups import FORCES, LINE
 from testbed.effects import by_name
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
-from testbed.report.page import render
-from testbed.report.style import BLUE, GREY, RC, svg
-from testbed.report.words import words
+from testbed.report.page import render, words
+from testbed.report.style import BLUE, GREY, styled_figure, svg
 
 COMPONENTS = ("up the slope, N", "to the left, N", "off the slope, N")
 SHOWN = 8
@@ -88,16 +87,13 @@ def force_figure(diagnosis: RobotDiagnosis) -> str:
     """What the body's balance of forces misses against time: as believed grey, with the effects
     blue.
     """
-    import matplotlib.pyplot as plt
-
     body = diagnosis.balances.body
     missing = body.missing.copy()
     frames = body.seen.slope_frame
     stages = [("as believed", GREY, missing)]
     if diagnosis.found:
         stages.append(("with what was found", BLUE, missing - _explained(diagnosis)))
-    with plt.rc_context(RC):  # type: ignore[arg-type]
-        figure, panels = plt.subplots(1, 3, figsize=(10.4, 2.3), sharey=True)
+    with styled_figure(1, 3, (10.4, 2.3), sharey=True) as (figure, panels):
         for axis, (panel, words) in enumerate(zip(panels, COMPONENTS, strict=True)):
             for label, colour, values in stages:
                 along = np.einsum("nj,nj->n", frames[:, axis], values[:, :3])
@@ -106,9 +102,7 @@ def force_figure(diagnosis: RobotDiagnosis) -> str:
             panel.set(title=words, xlabel="time, s")
         panels[0].legend(loc="upper left")
         figure.tight_layout()
-        text = svg(figure, "robot-force")
-        plt.close(figure)
-    return text
+        return svg(figure, "robot-force")
 
 
 def _explained(diagnosis: RobotDiagnosis) -> Array:
@@ -129,15 +123,12 @@ def _explained(diagnosis: RobotDiagnosis) -> Array:
 
 def place_figure(diagnosis: RobotDiagnosis) -> str:
     """Evidence of the best single effect at each place, in units of belief (natural logarithm)."""
-    import matplotlib.pyplot as plt
-
     others = ("body", "rope", "rope_left", "rope_right", "drill", "supply")
     feet = tuple(f"foot_{leg}" for leg in ("fl", "fr", "rl", "rr"))
     places = (*AXES, *others, *feet)
     best = [max(_at(diagnosis.signs.sets, place), default=0.0) for place in places]
     chosen = {name.partition("@")[2] for name in diagnosis.verdict.chosen.names}
-    with plt.rc_context(RC):  # type: ignore[arg-type]
-        figure, panel = plt.subplots(figsize=(10.4, 2.4))
+    with styled_figure(1, 1, (10.4, 2.4)) as (figure, panel):
         colours = [BLUE if place in chosen else GREY for place in places]
         panel.bar(range(len(places)), best, color=colours)
         panel.set_xticks(
@@ -145,9 +136,7 @@ def place_figure(diagnosis: RobotDiagnosis) -> str:
         )
         panel.set_ylabel("ln of evidence")
         figure.tight_layout()
-        text = svg(figure, "robot-places")
-        plt.close(figure)
-    return text
+        return svg(figure, "robot-places")
 
 
 def _at(sets: Sequence[tuple[tuple[str, ...], float]], place: str) -> list[float]:

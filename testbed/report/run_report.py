@@ -14,10 +14,9 @@ from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.report.animation import animation, arrows
 from testbed.report.console import summary_rows
-from testbed.report.page import render
+from testbed.report.page import method_name, render, words
 from testbed.report.run_parts import Shown, parts, shown
 from testbed.report.style import RC, svg
-from testbed.report.words import method_name, words
 from testbed.robot.robot import Robot
 from testbed.scenario.terrain import Terrain
 from testbed.simulation.pictures import pictures

@@ -3,8 +3,8 @@
 
 The machine is drawn as the URDF draws it, on its ground, with ropes, the ground's forces on the
 feet and the drill's thrust as arrows; beside it, on the same time, loads, pressures and rope
-tensions with what the estimators made of
-them. World frame: x towards the slope, y left, z up; m, N, Pa, s.
+tensions with what the estimators made of them. World frame: x towards the slope, y left, z up; m,
+N, Pa, s.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from testbed.errors import InputError, extra
 from testbed.formats.arrays import Array, Columns
 from testbed.formats.files import whole
 from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.report.page import LEG_NAME, method_name
 from testbed.report.style import LEG_COLOUR
-from testbed.report.words import LEG_NAME, method_name
-from testbed.robot.attitude import quaternions_of, rotations_of
+from testbed.robot.model import quaternions_of, rotations_of
 from testbed.robot.robot import Robot
+from testbed.robot.urdf.drawing import COLOURS, Shape
 from testbed.robot.urdf.drawn import Hanging, drawn
-from testbed.robot.urdf.shapes import COLOURS, Shape
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.scenario.terrain import Patch

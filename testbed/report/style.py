@@ -7,6 +7,8 @@ from __future__ import annotations
 import hashlib
 import io
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
@@ -91,6 +93,19 @@ def new_figure(
         hspace=0.36 / axis_in,
     )
     return figure, list(grid[:, 0])
+
+
+@contextmanager
+def styled_figure(
+    rows: int, columns: int, size_in: tuple[float, float], **shared: Any
+) -> Iterator[Any]:
+    """(figure, its axes; one alone as itself) in the look of the pages while it is drawn."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(cast(Any, RC)):
+        figure = Figure(figsize=size_in)
+        yield figure, figure.subplots(rows, columns, **shared)
 
 
 def add_legend(figure: Figure, handles: list[Any], labels: list[str], columns: int) -> None:

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from testbed.formats.arrays import Array
-from testbed.formats.tree import flattened
-from testbed.report.page import render
+from testbed.formats.yaml_files import flattened
+from testbed.report.page import render, words
 from testbed.report.style import RC, svg
-from testbed.report.words import words
 from testbed.simulation.sweep import table
 
 if TYPE_CHECKING:

@@ -15,16 +15,15 @@ from testbed.formats.checked import Checked, Sequence, checked, impossible
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.urdf_check import lacking
 from testbed.resources import scenario as scenario_path
-from testbed.scenario.control_parts import Control, Estimator, Model
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.events import Event, Expect, LiftFoot, Mutation, Payload, SetRope, Stop, Turn
+from testbed.scenario.feasibility import check_feasible, overruled_fields
 from testbed.scenario.machines import machines_of
-from testbed.scenario.possible import check_possible, put_out_of_use
-from testbed.scenario.raw import locate, put, spell_chain
-from testbed.scenario.tasks import Chain, Crawl, Drill, Program, RodChange, Stand, Sway, Task
-from testbed.scenario.terrain import Terrain
-from testbed.scenario.world_parts import (
+from testbed.scenario.parts import (
+    Control,
+    Estimator,
     Hydraulics,
+    Model,
     OwnMachine,
     Rates,
     Robot,
@@ -32,6 +31,9 @@ from testbed.scenario.world_parts import (
     Sensors,
     Undeclared,
 )
+from testbed.scenario.raw import locate, put, spell_chain
+from testbed.scenario.tasks import Chain, Crawl, Drill, Program, RodChange, Stand, Sway, Task
+from testbed.scenario.terrain import Terrain
 
 FORMAT = "roboclimber-scenario/1"
 
@@ -161,10 +163,10 @@ def load_scenario(
     locate(data, path)
     scenario = checked(Scenario, data, path)
     changes = {change.partition("=")[0].strip() for change in overrides}
-    if idle := put_out_of_use(scenario, _given(scenario), changes, path):
+    if idle := overruled_fields(scenario, _given(scenario), changes, path):
         scenario = checked(Scenario, _without(scenario, idle), path)
     scenario = _on_its_slope(scenario)
-    check_possible(scenario, path)
+    check_feasible(scenario, path)
     return scenario
 
 

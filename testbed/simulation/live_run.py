@@ -37,10 +37,10 @@ from testbed.robot.robot import Robot
 from testbed.scenario.events import Event
 from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.simulation.outputs import check_out, claimed
-from testbed.simulation.riders import Riders
 from testbed.simulation.rows import Rows
 from testbed.simulation.run_folder import RunFolder
-from testbed.simulation.summing_up import Ending, summed_up
+from testbed.simulation.run_observers import RunObservers
+from testbed.simulation.run_summary import Ending, summary_of_run
 from testbed.world.saved import State, read_state
 from testbed.world.simulation import Simulation
 
@@ -74,11 +74,11 @@ def simulate(
     simulation = Simulation(scenario, model=model, own=OwnParts(gait, controller))
     try:
         dt_s = 1.0 / scenario.rates.record_hz
-        riders = Riders(detectors, estimators, simulation.machine.chain.belief, dt_s)
+        observers = RunObservers(detectors, estimators, simulation.machine.chain.belief, dt_s)
     except BaseException:
         simulation.close()
         raise
-    run = Run(simulation, riders=riders)
+    run = Run(simulation, observers=observers)
     if out is not None:
         run.record_in(out)
     return run
@@ -98,9 +98,9 @@ class Run:
     """
 
     def __init__(
-        self, simulation: Simulation, *, riders: Riders | None = None, keeps: bool = True
+        self, simulation: Simulation, *, observers: RunObservers | None = None, keeps: bool = True
     ) -> None:
-        self._simulation, self._riders, self._keeps = simulation, riders, keeps
+        self._simulation, self._observers, self._keeps = simulation, observers, keeps
         self.rows, self.truth = Rows(DataRow), Rows(TruthRow)
         """What sensors, estimators and control said, and what only the simulator knows: all rows so
         far.
@@ -170,8 +170,8 @@ class Run:
         if len(data):
             self._last = data[-1:], truth[-1:]
         rows = DataRow.from_table(data)
-        if self._riders is not None and len(rows):
-            self._riders.take(rows)
+        if self._observers is not None and len(rows):
+            self._observers.take(rows)
         if self._folder is not None:
             self._folder.take(data, truth)
             if self._simulation.finished:
@@ -187,7 +187,7 @@ class Run:
         `state.write("here.npz")` keeps it in a file. Raises InputError where a class of your own
         holds what no file can hold.
         """
-        return self._simulation.save(*self._riding)
+        return self._simulation.save(*self._observing)
 
     def restore(self, state: State | str | Path) -> None:
         """Go on from a saved state (or its file) of the same scenario; rows in memory begin there,
@@ -203,7 +203,7 @@ class Run:
                 field="restore",
                 allowed="a run without `out`, or one that has not been stepped yet",
             )
-        self._simulation.restore(found, *self._riding)
+        self._simulation.restore(found, *self._observing)
         for rows in (self.rows, self.truth):
             rows.end_at(found.t_s)
         self._fault, self.interrupted = None, False
@@ -227,8 +227,8 @@ class Run:
         self._simulation.happen(checked(Happening, {"event": told}, "happen").event)
 
     @property
-    def _riding(self) -> tuple[Any, ...]:
-        return () if self._riders is None else (self._riders,)
+    def _observing(self) -> tuple[Any, ...]:
+        return () if self._observers is None else (self._observers,)
 
     # ---- looking ---------------------------------------------------------------------------------
 
@@ -263,12 +263,12 @@ class Run:
     @property
     def scores(self) -> dict[str, Array]:
         """Scores (n, 4) of every detector that rides along, by name."""
-        return {} if self._riders is None else self._riders.scores
+        return {} if self._observers is None else self._observers.scores
 
     @property
     def loads(self) -> dict[str, Array]:
         """Foot loads (n, 4) by every estimator that rides along, by name, N."""
-        return {} if self._riders is None else self._riders.loads
+        return {} if self._observers is None else self._observers.loads
 
     def picture(self, width: int = 840, height: int = 560) -> NDArray[np.uint8]:
         """The machine on its ground now, (height, width, 3)."""
@@ -286,7 +286,7 @@ class Run:
             series: tuple[Columns, Columns] = self.rows.as_recorded(), self.truth.as_recorded()
         else:
             series = self._folder.series()
-        return summed_up(self._simulation, *series, ending)
+        return summary_of_run(self._simulation, *series, ending)
 
     # ---- the end ---------------------------------------------------------------------------------
 

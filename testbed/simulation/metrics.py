@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.estimation.losses import (
+from testbed.estimation.contact_losses import (
     LOSS_S,
     ContactScore,
     LossRule,
@@ -127,7 +127,7 @@ def _meant(data: Columns, leg: str, start: int, stop: int) -> bool:
 
 def state_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, ContactScore]:
     """How well the contact state of each foot follows its true normal force
-    (estimation/losses.py).
+    (estimation/contact_losses.py).
     """
     return {
         leg: score_contact(

@@ -11,8 +11,7 @@ from itertools import count
 from pathlib import Path
 
 from testbed.errors import InputError
-from testbed.formats.files import make_folder
-from testbed.formats.ownership import owned
+from testbed.formats.files import make_folder, owned
 
 OWN_FILES = (
     "recording.yaml",

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from testbed.control.distribution.controllers import controller
 from testbed.control.distribution.distribution import Controller, checked_plan
 from testbed.control.distribution.statics import Statics
-from testbed.control.gait import BelievedStart, Gait
-from testbed.control.gaits.own import checked_gait
-from testbed.control.measured import Measured, rows_of
+from testbed.control.gait import BelievedStart, Gait, Measured, rows_of
+from testbed.control.gaits.table import checked_gait
 from testbed.formats.arrays import Array, Columns, Flags
 from testbed.formats.records import SET
 from testbed.formats.sockets import user_code

@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from testbed.errors import InputError, SimulationFault
-from testbed.formats.files import make_folder, write_json, write_text
-from testbed.formats.ownership import OccupiedError, owned
-from testbed.formats.tree import flattened
+from testbed.formats.files import OccupiedError, make_folder, owned, write_json, write_text
+from testbed.formats.yaml_files import flattened
 from testbed.scenario.sweep import Sweep, SweepRun
 from testbed.simulation.run import run_scenario
 from testbed.simulation.workers import HERE, Workers, work_through

@@ -33,8 +33,7 @@ from testbed.effects.sensor_zero import ZeroA
 from testbed.errors import InputError
 from testbed.estimation.commissioning import Number, Weighed
 from testbed.estimation.live.uncertainty import areas_m2
-from testbed.formats.files import check_file, write_text
-from testbed.formats.ownership import owned
+from testbed.formats.files import check_file, owned, write_text
 from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
 from testbed.recording.leg_model import Parameter
@@ -48,9 +47,11 @@ if TYPE_CHECKING:
     from testbed.scenario.scenario import Scenario
 
 LONGEST_S = 600.0
+"""Of all recordings of a commissioning together."""
 ROPES_STAGE = "commissioning_slope"
-ROPES_PULL_AT = {f"traction_{side}" for side in SIDES}
 """The second stage of a commissioning that is given as a scenario on level ground."""
+ROPES_PULL_AT = {f"traction_{side}" for side in SIDES}
+"""Links that a machine without ropes lacks."""
 NEVER_SHOWN = (
     "zeros of either chamber's sensor by itself",
     "bows and hystereses of pressure sensors",

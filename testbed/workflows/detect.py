@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from testbed.errors import InputError
-from testbed.estimation.detectors import scale as scales
+from testbed.estimation.contact_losses import LOSS_S, LOSS_SHARE, LossRule, intervals, score_contact
+from testbed.estimation.detectors import foot_scale as scales
 from testbed.estimation.detectors.single_force import SingleForce
-from testbed.estimation.losses import LOSS_S, LOSS_SHARE, LossRule, intervals, score_contact
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.files import check_file
 from testbed.formats.records import SET
-from testbed.workflows.feet import RecordedFeet, carrying_of, read_feet
+from testbed.workflows.recorded_feet import RecordedFeet, carrying_of, read_feet
 
 MOST_LOSS_S = 10.0
 
@@ -129,14 +129,14 @@ def _judged(
 ) -> tuple[str, Array, Flags]:
     """The detector's name, contact states and whether they are known, (n, k)."""
     from testbed.estimation.detectors.table import BEST, LIVE
-    from testbed.estimation.live.feet import Feet, force_detector
-    from testbed.estimation.live.judged import Judge
+    from testbed.estimation.live.selected import SelectedDetector
+    from testbed.estimation.live.stream import Feet, force_detector
 
     if feet.robot is not None and options.detector != SingleForce.name:
         name = options.detector or BEST
         rows = feet.robot.rows
         if name != LIVE:  # the chain has judged by that one already
-            Judge(name, feet.robot.belief, "--detector").judge(rows)
+            SelectedDetector(name, feet.robot.belief, "--detector").fill(rows)
         states = rows["contact"].astype(np.float64)
         return name, states, np.ones(states.shape, dtype=bool)
     name = options.detector or SingleForce.name

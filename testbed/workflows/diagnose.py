@@ -4,25 +4,26 @@ written.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from testbed.errors import InputError
-from testbed.formats.files import check_file, write_json, write_text
-from testbed.formats.ownership import owned
+from testbed.formats.files import check_file, owned, write_json, write_text
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     from testbed.diagnosis.robot.diagnose import RobotDiagnosis
     from testbed.diagnosis.robot.groups import Balances
+    from testbed.diagnosis.robot.hypotheses import Ledger
+    from testbed.formats.arrays import Array
     from testbed.recording.robot import RobotRecording
     from testbed.robot.robot import Robot
 
-    Array = npt.NDArray[np.float64]
+
 Table = tuple[list[str], list[list[str]]]
 FINDINGS, PAGE = "findings.json", "report.html"
 
@@ -118,7 +119,7 @@ def _robot(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None])
     from testbed.diagnosis.robot.findings import as_json, summary_rows, write_findings
     from testbed.recording.robot_model import RobotModelFile, read_robot_model
     from testbed.report.robot_diagnosis_page import page
-    from testbed.workflows.second_motion import suggest_motion
+    from testbed.workflows.diagnose import suggest_motion
 
     runs = [_read_run(path) for path in (folder, wanted.also) if path is not None]
     before = None if wanted.sound is None else _read_run(wanted.sound)
@@ -204,8 +205,73 @@ def balances_of_run(
 def _measured(run: RobotRecording, model: Path | None) -> tuple[Mapping[str, Array], Robot, Array]:
     """A recording's columns, the robot as it believes itself to be, its surveyed ropes (2, 3)."""
     from testbed.workflows.estimate import survey_of
-    from testbed.world.believed import own_belief
+    from testbed.world.believed_robot import believed_robot
 
     survey = survey_of(run.header.surveyed, run.file)
-    robot = survey.robot(own_belief(run.machine, model).machine)
+    robot = survey.robot(believed_robot(run.machine, model).machine)
     return run.data, robot, survey.ropes_in_world
+
+
+# The motion that a robot's diagnosis asks for where it cannot decide, as a scenario to run.
+
+SECONDS = 16.0
+"""How long a motion of the catalogue takes."""
+AS_BELIEVED = ("undeclared=[]", 'machine={"draw": null}')
+"""A rehearsal knows nothing of what the world hides."""
+NOTHING_EXPECTED = ("expect={}", "mutation=null")
+"""What the first motion was expected to do is nothing that the second must."""
+
+
+def suggest_motion(
+    found: RobotDiagnosis, run: Path, file: Path, tell: Callable[[str], None]
+) -> dict[str, Any] | None:
+    """Rehearse the catalogue of motions as the run in `run` stood, and write the scenario of the
+    one that promises most into `file`; None, and no file, where nothing is to be parted.
+
+    Raises InputError where the run has no scenario beside it.
+    """
+    from testbed.diagnosis.robot.hypotheses import Ledger
+    from testbed.diagnosis.robot.motions import motion_named, motions, promises, rivals
+    from testbed.formats.yaml_files import yaml_text
+    from testbed.scenario.scenario import load_scenario
+
+    two = rivals(found.verdict.hypotheses)
+    if two is None:
+        return None
+    stood = run / "scenario.yaml"
+    if not stood.is_file():
+        raise InputError(
+            "is not there: a motion is suggested as a change of it", file=stood, field="--suggest"
+        )
+    rehearsed = {}
+    for motion in motions():
+        tell(f"rehearsing: {motion.text}")
+        with suppress(InputError):  # from here it cannot make this one
+            rehearsed[motion.name] = _rehearsal(stood, motion.overrides())
+    promised = promises(Ledger(found.balances), two, rehearsed)
+    if not promised:
+        raise InputError("no motion of the catalogue can be made from here", field="--suggest")
+    best = motion_named(max(promised, key=promised.__getitem__))
+    said = [f"description={json.dumps(best.text)}", *NOTHING_EXPECTED]
+    scenario = load_scenario(stood, [*best.overrides(), *said], duration=SECONDS)
+    write_text(file, yaml_text(json.loads(scenario.model_dump_json(exclude_defaults=True))))
+    return {
+        "parts": [list(names) for names in two],
+        "motion": best.name,
+        "text": best.text,
+        "promised": promised,
+    }
+
+
+def _rehearsal(stood: Path, overrides: list[str]) -> Ledger:
+    """The ledger of a motion of the believed machine."""
+    from testbed.diagnosis.robot.hypotheses import Ledger
+    from testbed.recording.robot import read_robot
+    from testbed.scenario.scenario import load_scenario
+    from testbed.simulation.run import run_scenario
+    from testbed.workflows.diagnose import balances_of_run
+
+    scenario = load_scenario(stood, [*AS_BELIEVED, *overrides], duration=SECONDS)
+    with TemporaryDirectory() as folder:
+        run_scenario(scenario, Path(folder) / "run")
+        return Ledger(balances_of_run(read_robot(Path(folder) / "run"), None, {}))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from testbed.recording.leg_model import LegModel
     from testbed.recording.robot import RobotRecording
     from testbed.robot.robot import Robot
-    from testbed.world.believed import OwnBelief
+    from testbed.world.believed_robot import BelievedRobot
 
 SHIPPED = "own"
 """The estimate of a robot's feet that is written unless another is named."""
@@ -191,9 +191,9 @@ def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
 
     Raises InputError for a model or a survey that cannot be understood.
     """
-    from testbed.world.believed import own_belief
+    from testbed.world.believed_robot import believed_robot
 
-    believed = own_belief(run.machine, model, tolerances_of(run))
+    believed = believed_robot(run.machine, model, tolerances_of(run))
     belief = believed.legs(float(np.median(np.diff(run.data["t"]))))
     return with_body(belief, believed, run.header.surveyed, run.file)
 
@@ -217,7 +217,7 @@ def tolerances_of(run: RobotRecording) -> str | None:
     return None if name is None else WORKSHOP
 
 
-def with_body(belief: Believed, believed: OwnBelief, surveyed: object, file: Path) -> Believed:
+def with_body(belief: Believed, believed: BelievedRobot, surveyed: object, file: Path) -> Believed:
     """`belief` with the whole machine as `surveyed` before the run; without a survey each leg stays
     by itself.
 

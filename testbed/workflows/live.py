@@ -18,7 +18,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from pydantic import TypeAdapter, ValidationError
 
-from testbed.report.live_page import LivePage
+from testbed.report.animation import LivePage
 from testbed.scenario.events import CutRope, Event, SetFriction, Shove
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.live_run import Run

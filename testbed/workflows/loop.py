@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from testbed.formats.files import write_json, write_text
-from testbed.formats.ownership import owned
+from testbed.formats.files import owned, write_json, write_text
 from testbed.machine.names import LEGS
 from testbed.report.loop_page import page
 
@@ -52,7 +51,7 @@ def close_loop(
 
 def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
     from testbed.scenario.scenario import load_scenario
-    from testbed.simulation.expectations import elsewhere, hidden_effects, hidden_numbers
+    from testbed.simulation.run_summary import elsewhere, hidden_effects, hidden_numbers
     from testbed.workflows.diagnose import Wanted, diagnose_folder
 
     scenario = load_scenario(name)

@@ -14,9 +14,8 @@ from testbed.formats.files import write_text
 from testbed.machine.build import ALIKE, build_machine
 from testbed.machine.folder import BODIES, NUMBERS, drawing_board, machine_folder, read_head
 from testbed.machine.frame_groups import RotationLinkage
-from testbed.machine.model import Axis, Machine
+from testbed.machine.model import Axis, Machine, least_rate_hz
 from testbed.machine.names import GRAVITY_M_S2, JOINTS, VERTICAL
-from testbed.machine.ringing import least_rate_hz
 from testbed.machine.urdf_check import lacking
 
 HEADS = ["figure", "value", "unit"]

@@ -12,19 +12,18 @@ from numpy.typing import NDArray
 from testbed.control.gait import BelievedStart, Gait
 from testbed.control.gaits.table import NOTHING_OWN, OwnParts, gait_of
 from testbed.control.thrust import ThrustBound, thrust_bound, thrust_events
-from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Hidden
 from testbed.estimation.live.chain import EstimatorChain
-from testbed.estimation.live.expected import Expectation
 from testbed.formats.arrays import Array
 from testbed.laws.drill import DrillLoads
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.recording.rows import DrillKnown
-from testbed.robot.loads.foot_loads import ExpectedLoads
+from testbed.robot.loads.foot_loads import Expectation, ExpectedLoads
 from testbed.robot.model import RobotModel
 from testbed.robot.robot import Robot
 from testbed.scenario.machines import Machines
 from testbed.scenario.scenario import Scenario
-from testbed.world.believed import OwnBelief, own_belief
+from testbed.world.believed_robot import BelievedRobot, believed_robot
 from testbed.world.drilling.drilling import Drilling, drill_known, drilling_of
 from testbed.world.engine import Engine
 from testbed.world.first_start import compile_apart
@@ -138,7 +137,7 @@ def assemble(
     none.
     """
     carried, height = scenario.carried_kg, scenario.ropes.attachment_height_m
-    believed = own_belief(machines.belief, model, scenario.tolerances)
+    believed = believed_robot(machines.belief, model, scenario.tolerances)
     with believed.bodies() as urdf:
         belief = Robot.of(believed.machine, carried, height, urdf)
     seeds = [np.random.default_rng([scenario.seed, index]) for index in range(3)]
@@ -205,7 +204,7 @@ def _true_site(scenario: Scenario, machines: Machines) -> Scenario:
 
 
 def _electronics(
-    scenario: Scenario, believed: OwnBelief, belief: Robot, start: Start, own: OwnParts
+    scenario: Scenario, believed: BelievedRobot, belief: Robot, start: Start, own: OwnParts
 ) -> dict[str, Any]:
     """What the machine's electronics run, and what people worked out before the run: fields of
     Assembled.
@@ -238,7 +237,7 @@ def _believed_start(belief: Robot, start: Start) -> BelievedStart:
 
 
 def _chain(
-    scenario: Scenario, believed: OwnBelief, robot: Robot, rope_directions: Array
+    scenario: Scenario, believed: BelievedRobot, robot: Robot, rope_directions: Array
 ) -> EstimatorChain:
     belief = believed.legs(1.0 / scenario.rates.estimator_hz)
     wanted = {

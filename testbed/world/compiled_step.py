@@ -11,20 +11,19 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from testbed.compiled import njit
 from testbed.control.valve_loop import valve_command
-from testbed.estimation.live.chain_step import step_chain
+from testbed.errors import SimulationFault
+from testbed.estimation.live.chain import step_chain
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, part
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.world import plant, sensing
 
 if TYPE_CHECKING:
-    from testbed.scenario.world_parts import Rates
-
-import numpy as np
-
-from testbed.errors import SimulationFault
-from testbed.formats.arrays import Array
+    from testbed.scenario.parts import Rates
 
 DATA_COLUMNS: tuple[str, ...] = tuple(DataRow.column_names())
 TRUTH_COLUMNS: tuple[str, ...] = tuple(TruthRow.column_names())

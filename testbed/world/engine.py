@@ -23,9 +23,7 @@ from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import merged
 from testbed.world.foot_contacts import FootContacts
 from testbed.world.ground.terrain import Ground, ground_shape
-from testbed.world.quiet import quiet
-from testbed.world.rotations import quaternion
-from testbed.world.view import View
+from testbed.world.view import View, quaternion, quiet
 
 _ANGLE, _RATE = itemgetter(0), itemgetter(1)
 NEAR_M = 1.0e-3
@@ -160,9 +158,8 @@ class Engine:
             self.bullet.changeDynamics(self.robot, link, lateralFriction=g.friction)
             self.bullet.changeDynamics(self.robot, link, restitution=0.0)
             self.bullet.changeDynamics(self.robot, link, maxJointVelocity=1e4)
-            if (
-                link >= 0
-            ):  # end stops live in the hydraulics; the engine's would push unseen, and keep on at 1, -1
+            # End stops live in the hydraulics; the engine's would push unseen and keep on at 1, -1.
+            if link >= 0:
                 self.bullet.changeDynamics(
                     self.robot, link, jointLowerLimit=-10.0, jointUpperLimit=10.0
                 )
@@ -172,10 +169,11 @@ class Engine:
             self.bullet.changeDynamics(body, link, contactProcessingThreshold=NEAR_M)
         for leg in range(len(LEGS)):
             self.set_footing(leg, g.friction, g.stiffness_n_m, g.damping_n_s_m)
+        # The product of both bodies' friction counts.
         for ground in (
             self.ground,
             *self._foot_grounds,
-        ):  # the product of both bodies' friction counts
+        ):
             self.bullet.changeDynamics(ground, -1, lateralFriction=1.0)
             self.bullet.changeDynamics(ground, -1, restitution=0.0)
         self.bullet.setJointMotorControlArray(

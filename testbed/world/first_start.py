@@ -20,7 +20,7 @@ import numba
 import numpy as np
 
 from testbed.compiled import caches, is_cached
-from testbed.estimation.live.chain_step import ChainBelief, ChainState, step_chain
+from testbed.estimation.live.chain import ChainBelief, ChainState, step_chain
 from testbed.estimation.live.whole_body import balance
 from testbed.formats.records import Record
 from testbed.machine.names import AXES

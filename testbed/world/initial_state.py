@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.valve_loop import position_loops
-from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Hidden
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.rope import unstrained_length, unstrained_sagging
 from testbed.laws.traction import RESERVE_M

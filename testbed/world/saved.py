@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.formats.files import check_file, plain, whole
-from testbed.formats.snapshot import Taken, constants, put, take
+from testbed.formats.snapshot import Snapshot, capture, constants, put_back
 from testbed.machine.model import Machine
 from testbed.world.engine import Engine
 
@@ -56,7 +56,7 @@ class State:
     scenario: Mapping[str, Any]
     """The whole scenario, as a file could say it."""
     engine: Mapping[str, NDArray[Any]]
-    parts: Taken
+    parts: Snapshot
 
     def write(self, path: str | Path) -> Path:
         """Write the state as `path` (.npz), whole or not at all. Raises InputError where that
@@ -96,7 +96,7 @@ def read_state(path: str | Path) -> State:
                 for name in found.files
                 if name.startswith("engine_")
             }
-        parts = Taken(head["nodes"], arrays)
+        parts = Snapshot(head["nodes"], arrays)
         return State(float(head["t_s"]), head["told"], head["scenario"], engine, parts)
     except BROKEN as error:
         raise InputError(
@@ -114,7 +114,7 @@ def save(simulation: Simulation, *others: Any) -> State:
         told=_told(simulation),
         scenario=plain(simulation.scenario.model_dump(mode="json")),
         engine=simulation.machine.engine.state(),
-        parts=take([simulation, *others], constant),
+        parts=capture([simulation, *others], constant),
     )
 
 
@@ -133,7 +133,7 @@ def restore(state: State, simulation: Simulation, *others: Any) -> None:
                 allowed="a run of the same scenario and model",
             )
     simulation.machine.engine.put_state(state.engine)
-    put(state.parts, [simulation, *others], constant)
+    put_back(state.parts, [simulation, *others], constant)
 
 
 def _told(simulation: Simulation) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from testbed.machine.groups import NARROWEST_LOOP, Sensor
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, SIDES
 from testbed.recording.rows import XYZ
-from testbed.scenario.world_parts import Sensors
+from testbed.scenario.parts import Sensors
 
 CHAMBERS = ("a", "b")
 """Transducers stand in an array (2, 12): chamber by axis."""

@@ -15,15 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.command import Command, SetPoints
+from testbed.control.gait import Command, Measured, SetPoints
 from testbed.control.gaits.chain import chain_in
 from testbed.control.gaits.table import NOTHING_OWN, OwnParts
-from testbed.control.measured import Measured
 from testbed.errors import InputError, SimulationFault
 from testbed.estimation.detectors.table import LIVE
 from testbed.estimation.estimator import SHIPPED
-from testbed.estimation.live.chosen import ChosenEstimator
-from testbed.estimation.live.judged import Judge
+from testbed.estimation.live.selected import SelectedDetector, SelectedEstimator
 from testbed.formats.arrays import Array
 from testbed.formats.sockets import user_code
 from testbed.machine.names import VERTICAL
@@ -99,10 +97,10 @@ class Simulation:
         self._resting = True
         self._nowhere = RecordedRow.zeros()
         self._fixed = m.boards, (m.chain.belief, m.chain.state), self._noise, self._row
-        self._judge = None if chain_is_all else Judge(detector, m.chain.belief)
+        self._judge = None if chain_is_all else SelectedDetector(detector, m.chain.belief)
         self._method = None
         if method != SHIPPED:
-            self._method = ChosenEstimator(method, float(m.chain.belief["dt"][0]))
+            self._method = SelectedEstimator(method, float(m.chain.belief["dt"][0]))
         m.engine.read(m.boards["engine"])
         self._do(PLACE | SENSE | ESTIMATE)
         self._expect()
@@ -186,8 +184,8 @@ class Simulation:
                 self._expect()
             if self._judge is not None and due & ESTIMATE:
                 if self._method is not None:
-                    self._method.estimate(self._row)
-                self._judge.judge(self._row)
+                    self._method.fill(self._row)
+                self._judge.fill(self._row)
             self._do(due & RECORD, recorded)
         else:
             self._do(due & (MOVE | FEET | SENSE | ESTIMATE | RECORD), recorded)

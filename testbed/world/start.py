@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Hidden
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
-from testbed.robot.loads.drill_loads import rods_wrench
-from testbed.robot.loads.foot_loads import ExpectedLoads
+from testbed.robot.loads.foot_loads import ExpectedLoads, rods_wrench
 from testbed.robot.model import RobotModel
 from testbed.scenario.scenario import Scenario
 from testbed.world.engine import Engine
@@ -115,9 +114,8 @@ def find_start(
     forces = loads.force_in_body_n
     _, jacobians = model.feet(joints)
     hold = model.gravity_forces(joints, gravity)[6:] - np.einsum("lij,li->j", jacobians, forces)
-    if (
-        scenario.robot.height_offset_m == 0.0
-    ):  # press each foot in as deep as the ground gives under its load
+    # Press each foot in as deep as the ground gives under its load.
+    if scenario.robot.height_offset_m == 0.0:
         joints[list(VERTICAL)] += np.maximum(forces[:, 2], 0.0) / (
             ground.stiffness_n_m if footing is None else footing.stiffness_n_m
         )

@@ -8,12 +8,12 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from testbed.errors import InputError
+from testbed.errors import check_one_of
 from testbed.formats.records import put
 from testbed.laws.friction import SMALLEST_N
 from testbed.laws.holding import NO_HOLDING
 from testbed.laws.supply import CONSTANT
-from testbed.scenario.world_parts import HYDRAULIC_PARTS
+from testbed.scenario.parts import HYDRAULIC_PARTS
 
 QUICK_RAD_S = 2.0 * math.pi * 1.0e5
 """A second-order part this quick answers within any step."""
@@ -96,13 +96,7 @@ def switch_off(names: Iterable[str], params: NDArray[Any], unit: Any) -> None:
     Raises InputError for a name that is not one.
     """
     for name in names:
-        if name not in HYDRAULIC_PARTS:
-            raise InputError(
-                "no such hydraulic effect",
-                field="hydraulics.without",
-                value=name,
-                allowed=", ".join(HYDRAULIC_PARTS),
-            )
+        check_one_of(name, HYDRAULIC_PARTS, "hydraulics.without", "no such hydraulic effect")
         for path, value in AXIS_OFF.get(name, {}).items():
             put(params, path, value)
         for path, value in UNIT_OFF.get(name, {}).items():

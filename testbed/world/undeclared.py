@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from testbed.effects import by_name
 from testbed.effects.base import Effect
-from testbed.effects.hidden import Hidden, HiddenCylinder
+from testbed.effects.terms import Hidden, HiddenCylinder
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.formats.records import get, put
@@ -22,7 +22,7 @@ from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, LEGS
 from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import ballasted, rehung
-from testbed.scenario.world_parts import Undeclared
+from testbed.scenario.parts import Undeclared
 from testbed.world.sensing import DELAY_LENGTH
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.estimation.losses import loss_force_n
+from testbed.estimation.contact_losses import loss_force_n
 from testbed.formats.arrays import Array, Flags
 from testbed.machine.scale import ROBOCLIMBER, Scale
 

@@ -1,19 +1,78 @@
-"""What there is to see of the engine's scene: pictures, and thin lines that are only looked at,
-and the rock that the ground is dressed in.
+"""What there is to see of the engine's scene: pictures, thin lines that are only looked at, the
+rock that the ground is dressed in; and how the engine is kept quiet.
 """
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
+import os
+import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.formats.arrays import Array
-from testbed.world.quiet import quiet
-from testbed.world.rotations import quaternion, turning_z_to
+
+# Keeps what a library prints from C off the console.
+
+_MASTER = os.environ.get("TESTBED_ENGINE_MESSAGES")
+
+
+@contextlib.contextmanager
+def quiet() -> Iterator[None]:
+    """Keep the engine's messages off the console while it loads a file (it prints from C)."""
+    if _MASTER:
+        yield
+        return
+    flush = ctypes.CDLL(None).fflush
+    sys.stdout.flush()
+    sys.stderr.flush()
+    flush(None)
+    saved, null = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
+    try:
+        for stream in (1, 2):
+            os.dup2(null, stream)
+        yield
+    finally:
+        flush(None)
+        for stream, old in zip((1, 2), saved, strict=True):
+            os.dup2(old, stream)
+            os.close(old)
+        os.close(null)
+
+
+# Rotations in the engine's form.
+
+NEAR_Y = 0.9
+"""An axis that lies as near to y as this cannot be crossed with it."""
+
+
+def quaternion(rotation: Array) -> Array:
+    """Quaternion xyzw of a rotation matrix (3, 3)."""
+    r = rotation
+    trace = float(np.trace(r))
+    squares = np.maximum(np.array([*(1.0 + 2.0 * np.diag(r) - trace), 1.0 + trace]), 0.0)
+    k = int(np.argmax(squares))
+    products = np.array(
+        [
+            [squares[0], r[1, 0] + r[0, 1], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],
+            [r[1, 0] + r[0, 1], squares[1], r[2, 1] + r[1, 2], r[0, 2] - r[2, 0]],
+            [r[0, 2] + r[2, 0], r[2, 1] + r[1, 2], squares[2], r[1, 0] - r[0, 1]],
+            [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], squares[3]],
+        ]
+    )
+    return np.asarray(products[k] / np.linalg.norm(products[k]))
+
+
+def turning_z_to(axis: Array) -> Array:
+    """A rotation matrix (3, 3) whose third column is the unit vector `axis` (3)."""
+    x = np.cross([0.0, 1.0, 0.0] if abs(axis[1]) < NEAR_Y else [1.0, 0.0, 0.0], axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])
 
 
 def rock_texture(size: int = 256, seed: int = 7) -> NDArray[np.uint8]:

@@ -19,11 +19,10 @@ import numpy as np
 import pytest
 from counting_benchmark import Counting
 
-from testbed.benchmarks import marks
-from testbed.benchmarks.harness import LINES, Answers, answers, rounded, run, stored
-from testbed.benchmarks.marks import code, sources
+from testbed.benchmarks import harness
+from testbed.benchmarks.harness import LINES, Answers, answers, code, rounded, run, sources, stored
 from testbed.errors import InputError
-from testbed.formats.ownership import owned
+from testbed.formats.files import owned
 
 
 @pytest.fixture
@@ -142,7 +141,7 @@ def test_nothing_is_shown_of_the_progress_when_it_is_piped(
 def test_a_mark_hears_of_code_and_numbers_but_not_of_comments_and_pages(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(marks, "PACKAGE", tmp_path)
+    monkeypatch.setattr(harness, "PACKAGE", tmp_path)
     files = {
         "laws/a.py": "x = 1\n",
         "benchmarks/mine/cases.py": "y = 1\n",

@@ -17,12 +17,11 @@ import pytest
 import yaml
 
 from testbed.benchmarks.harness import answers
-from testbed.benchmarks.soak import killed, sandbox, spoilt
-from testbed.benchmarks.soak.adversity import _broken, _with_clock
-from testbed.benchmarks.soak.benchmark import KINDS, Soak
-from testbed.benchmarks.soak.endurance import growth_mb, split
-from testbed.benchmarks.soak.mutations import damaged, mutated
+from testbed.benchmarks.soak import interrupted, sandbox, spoilt_files
+from testbed.benchmarks.soak.bad_conditions import _broken, _with_clock
+from testbed.benchmarks.soak.benchmark import KINDS, Soak, growth_mb, split
 from testbed.benchmarks.soak.sandbox import Ended, forked
+from testbed.benchmarks.soak.spoilt_files import damaged, mutated
 from testbed.errors import InputError, SimulationFault
 
 TREE = {"a": 1.5, "b": {"c": [1, 2], "d": "word"}, "e": None}
@@ -152,12 +151,15 @@ def test_what_was_killed_goes_on_to_the_same_bits(kind: str, tmp_path: Path) -> 
 @pytest.mark.slow
 @pytest.mark.skipif(not HAS_RL, reason="the extra `rl` is not installed")
 def test_a_training_that_was_killed_goes_on_to_the_same_bits(tmp_path: Path) -> None:
-    assert killed.killed_training(tmp_path, np.random.default_rng(7)) == ("killed, same bits", "")
+    assert interrupted.killed_training(tmp_path, np.random.default_rng(7)) == (
+        "killed, same bits",
+        "",
+    )
 
 
 @pytest.mark.long
 def test_a_commissioning_that_was_killed_goes_on_to_the_same_bits(tmp_path: Path) -> None:
-    found = killed.killed_commissioning(tmp_path, np.random.default_rng(7))
+    found = interrupted.killed_commissioning(tmp_path, np.random.default_rng(7))
     assert found == ("killed, same bits", "")
 
 
@@ -172,12 +174,12 @@ def test_a_short_soak_finds_nothing_wrong() -> None:
 def test_what_is_spoilt_is_served_before(tmp_path: Path) -> None:
     """Of files that are refused as they are, nothing would be tried by changing them."""
     whole = tmp_path / "whole.yaml"
-    whole.write_text(yaml.safe_dump(spoilt.SWEEP))
-    spoilt._unfolds(whole)
+    whole.write_text(yaml.safe_dump(spoilt_files.SWEEP))
+    spoilt_files._unfolds(whole)
     served = []
-    for name, tree in (("robot", spoilt.ROBOT_MODEL), ("leg", spoilt.LEG_MODEL)):
+    for name, tree in (("robot", spoilt_files.ROBOT_MODEL), ("leg", spoilt_files.LEG_MODEL)):
         whole.write_text(yaml.safe_dump(tree))
         with suppress(InputError):
-            spoilt._runs("stand_slope_45", whole)
+            spoilt_files._runs("stand_slope_45", whole)
             served.append(name)
     assert served == ["robot", "leg"]

@@ -8,9 +8,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from testbed.control.command import REST_1_S, Command, SetPoints, along_vertical
-from testbed.control.gait import Layered
-from testbed.control.measured import Measured, rows_of
+from testbed.control.gait import (
+    REST_1_S,
+    Command,
+    Layered,
+    Measured,
+    SetPoints,
+    along_vertical,
+    rows_of,
+)
 from testbed.recording.rows import DataRow
 
 DT = 0.01

@@ -31,8 +31,8 @@ from testbed.control.gaits.crawl.pace import (
     margin_share,
     progress,
 )
-from testbed.control.gaits.crawl.phases import Doing
 from testbed.control.gaits.crawl.rope_hold import RopeHold
+from testbed.control.gaits.crawl.swing import Activity
 from testbed.control.gaits.crawl.walk_plan import UNHURRIED, Stride
 from testbed.control.gaits.table import gait_of
 from testbed.errors import InputError
@@ -122,7 +122,7 @@ def test_the_steeper_the_slope_the_less_the_body_moves_on_three_feet(
 
 def test_a_swing_waits_for_a_leg_that_lags() -> None:
     made, seen, t = crawl(), at_the_start(), 0.0
-    while made._phase is None or made._phase.doing is not Doing.SWING or made._clock < 0.5:
+    while made._phase is None or made._phase.doing is not Activity.SWING or made._clock < 0.5:
         seen, _, _ = step(made, seen, t)
         t += TICK
     clock, stuck = made._clock, seen.position.copy()

@@ -11,16 +11,20 @@ import numpy as np
 import pytest
 from shipped import MACHINE, shipped_model
 
-from testbed.control.command import Command
-from testbed.control.distribution.controllers import CONTROLLERS, PseudoInverse, controller
+from testbed.control.distribution.controllers import (
+    CONTROLLERS,
+    DrillSharing,
+    PseudoInverse,
+    controller,
+    taken_by_thrust,
+)
 from testbed.control.distribution.corrected import Corrected
 from testbed.control.distribution.distribution import self_balanced
-from testbed.control.distribution.drill_sharing import DrillSharing, taken_by_thrust
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, Balance, Statics
-from testbed.control.distribution.use_program import About, LastPlan, UseProgram
-from testbed.control.layers.trim import OFFSET_SPEED_M_S, Trim, haul, hauling
-from testbed.control.measured import Measured
+from testbed.control.distribution.use_program import LastPlan, ProgramScale, UseProgram
+from testbed.control.gait import Command, Measured
+from testbed.control.layers import OFFSET_SPEED_M_S, Trim, haul, hauling
 from testbed.errors import InputError
 from testbed.machine.names import VERTICAL
 from testbed.machine.scale import ROBOCLIMBER
@@ -139,7 +143,7 @@ def test_the_program_is_the_one_that_it_is_said_to_be_and_solved(legs: tuple[int
         np.array([-0.01, -0.02, 0.0, 0.01]),
     )
     sharing = Quadratic()
-    about = About(scale, 0.02, 0.8, 0.01, 0.4, 0.38, 30.0, 1.5, 0.02, 4.0)
+    about = ProgramScale(scale, 0.02, 0.8, 0.01, 0.4, 0.38, 30.0, 1.5, 0.02, 4.0)
     found = UseProgram(sharing._use_rows).solve(now, LastPlan(normals, pull, taken), about)
     rows, high = [], []
     for leg in legs:
@@ -305,7 +309,7 @@ def test_unknown_controller_is_refused_with_the_names_there_are() -> None:
 
 
 def test_the_shipped_policy_says_how_it_was_made_and_corrects_the_plan_within_its_reach() -> None:
-    from testbed.control.distribution.learned import SHIPPED
+    from testbed.control.distribution.controllers import SHIPPED
 
     assert str(np.load(SHIPPED)["made_by"]).startswith("testbed train force-distribution")
     now, learned, plain = _balance(45.0, pull_n=14_000.0), controller("learned"), Quadratic()

@@ -10,16 +10,12 @@ import pytest
 from shipped import believed_robot, shipped_robot
 
 from testbed.benchmarks.contact_loss.scenes import Moves
-from testbed.control.command import Command, SetPoints
 from testbed.control.distribution.controllers import controller, distribution
-from testbed.control.gait import Layer
-from testbed.control.gaits.hold import Hold
-from testbed.control.layers.mast import LEARN_S, KeepMast
-from testbed.control.layers.supervisor import Supervisor
-from testbed.control.layers.trim import Trim
-from testbed.control.measured import Measured
+from testbed.control.gait import Command, Layer, Measured, SetPoints
+from testbed.control.gaits.standing import Hold
+from testbed.control.layers import LEARN_S, KeepMast, Supervisor, Trim
 from testbed.errors import InputError
-from testbed.robot.attitude import rotation_from_attitude
+from testbed.robot.model import rotation_from_attitude
 from testbed.scenario.events import LiftFoot
 from testbed.scenario.scenario import load_scenario
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.control.command import Command
-from testbed.control.layers.orders import Orders
-from testbed.control.measured import Measured
+from testbed.control.gait import Command, Measured
+from testbed.control.layers import Orders
 from testbed.recording.rows import DataRow
 
 MEASURED = Measured(DataRow.zeros()[0])

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from walking_machine import START, believed_start, scenario
 
-from testbed.control.gaits.own import checked_gait
-from testbed.control.measured import Measured
+from testbed.control.gait import Measured
+from testbed.control.gaits.table import checked_gait
 from testbed.errors import InputError, UserCodeError
 from testbed.recording.rows import DataRow
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.replay import replay
 
-HEAD = "import numpy as np\nfrom testbed.control.command import Command\n"
+HEAD = "import numpy as np\nfrom testbed.control.gait import Command\n"
 MINE = (
     HEAD + "class Mine:\n    def __init__(self, start):\n        self.start = start\n"
     "    def command(self, t, dt, measured):\n        return {}\n"

@@ -11,7 +11,7 @@ import pytest
 from shipped import shipped_model
 from walking_machine import believed_start, scenario
 
-from testbed.control.gaits.crawl.reach import friction_share, nearest_deg, widest_deg
+from testbed.control.gaits.crawl.posture import friction_share, nearest_deg, widest_deg
 from testbed.world.start import TAUT_SHARE, straight_shares
 
 

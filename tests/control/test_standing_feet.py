@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from testbed.control.gaits.crawl.ground_search import BASE_TIME_S, STEADY_S, GroundSearch
-from testbed.control.gaits.crawl.levelling import LEVEL_GAIN_1_S, Levelling
-from testbed.control.measured import Measured
+from testbed.control.gait import Measured
+from testbed.control.gaits.crawl.posture import LEVEL_GAIN_1_S, Levelling
+from testbed.control.gaits.crawl.swing import BASE_TIME_S, STEADY_S, GroundSearch
 
 DT = 0.01
 EVEN, STAND = [7000.0] * 4, (True, True, True, True)

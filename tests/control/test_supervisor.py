@@ -7,9 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.control.command import Command
-from testbed.control.layers.supervisor import CALM_S, LOWER_M_S, LOWEST_M, PATIENCE_S, Supervisor
-from testbed.control.measured import Measured
+from testbed.control.gait import Command, Measured
+from testbed.control.layers import CALM_S, LOWER_M_S, LOWEST_M, PATIENCE_S, Supervisor
 from testbed.laws.drill import DrillLoads
 from testbed.machine.names import VERTICAL
 from testbed.scenario.tasks import Drill, Push

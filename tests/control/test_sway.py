@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from walking_machine import LEGS, believed_start, scenario
 
-from testbed.control.gaits.sway import RISE_S, SwayGait
-from testbed.control.measured import Measured
+from testbed.control.gait import Measured
+from testbed.control.gaits.standing import RISE_S, SwayGait
 from testbed.errors import InputError
 from testbed.machine.build import build_machine
 from testbed.machine.folder import machine_folder

@@ -10,8 +10,7 @@ from shipped import MACHINE
 from walking_machine import LEGS, LOADS, START, TICK, at_the_start, crawl, step
 
 from testbed.control.gaits.crawl.pace import FREE_SHARE, SWING_RAMP, Pace
-from testbed.control.gaits.crawl.phases import Doing
-from testbed.control.gaits.crawl.swing import Swing
+from testbed.control.gaits.crawl.swing import Activity, Swing
 
 ARMS = np.tile([0.19, 1.0, 1.0], 4)
 PACE = Pace(MACHINE, ARMS)
@@ -65,12 +64,12 @@ def test_a_foot_that_took_a_jerk_for_the_ground_searches_on() -> None:
     before = None
     while made.steps_done < 1 and t < 20.0:
         doing = made._phase.doing if made._phase is not None else before
-        searches += doing is Doing.SEARCH and before is not Doing.SEARCH
+        searches += doing is Activity.SEARCH and before is not Activity.SEARCH
         loads, before = LOADS.copy(), doing
-        if doing is Doing.SEARCH:
+        if doing is Activity.SEARCH:
             touched = made._feet[3, 2] <= ground
             loads[3], jerked = (4000.0 if touched or not jerked else 0.0), True
-        elif doing is not Doing.SHIFT and not touched:
+        elif doing is not Activity.SHIFT and not touched:
             loads[3] = 0.0
         seen, _, _ = step(made, seen, t, loads)
         t += TICK

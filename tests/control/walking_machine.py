@@ -7,10 +7,9 @@ import math
 import numpy as np
 from shipped import believed_robot, shipped_robot
 
-from testbed.control.gait import BelievedStart
+from testbed.control.gait import BelievedStart, Measured
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.table import gait_of
-from testbed.control.measured import Measured
 from testbed.scenario.scenario import Scenario, load_scenario
 
 TICK = 0.01

@@ -14,7 +14,7 @@ from testbed.diagnosis.leg.fit import Fit, group_scale
 from testbed.diagnosis.leg.points import Point
 from testbed.effects import by_name
 from testbed.effects.base import Active
-from testbed.effects.fitting import Coordinate
+from testbed.effects.terms import Coordinate
 from testbed.estimation.leg.flow import Edge
 from testbed.formats.intervals import Z90
 from testbed.recording.leg_model import Friction, Parameter

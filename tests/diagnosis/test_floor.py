@@ -19,7 +19,7 @@ from testbed.diagnosis.leg.floor import (
 )
 from testbed.diagnosis.leg.noise import white_noise
 from testbed.diagnosis.leg.series import series_of
-from testbed.estimation.leg.signals import WIDTH_S
+from testbed.estimation.leg.motion import WIDTH_S
 from testbed.recording.leg_model import Friction
 
 RATE_HZ = 1000.0

@@ -21,7 +21,7 @@ from testbed.diagnosis.leg.points import (
 )
 from testbed.effects import by_name
 from testbed.effects.base import Active
-from testbed.effects.fitting import Coordinate
+from testbed.effects.terms import Coordinate
 from testbed.estimation.leg.flow import Edge
 from testbed.recording.known import Known
 from testbed.recording.leg_model import Friction, LegModel

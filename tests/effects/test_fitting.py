@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from testbed.effects import by_name
-from testbed.effects.fitting import ForceResidual, Observed
 from testbed.effects.force_cushion import LEFT_COST
 from testbed.effects.force_periodic import strongest_line
 from testbed.effects.friction_presliding import BENT_M, SOUND_BEND_M, SOUND_COST
-from testbed.effects.terms import Signals
+from testbed.effects.terms import ForceResidual, Observed, Signals
 from testbed.formats.arrays import Array
 from testbed.recording.known import Known
 from testbed.recording.leg_model import Friction

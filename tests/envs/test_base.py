@@ -11,12 +11,13 @@ import pytest
 
 from testbed.control.gait import Layered
 from testbed.envs.base import RoboclimberEnv
-from testbed.envs.increments import (
+from testbed.envs.observations import (
     OFFSET_RANGE_M,
     OFFSET_STEP_M,
     PULL_STEP_N,
+    TABLE,
+    in_units,
 )
-from testbed.envs.observations import TABLE, in_units
 from testbed.errors import InputError
 from testbed.machine.names import LEGS, SIDES
 

@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 import testbed.envs  # noqa: F401  (registers the environments)
-from testbed.benchmarks.control_tasks.agents.base import Constant
-from testbed.benchmarks.control_tasks.agents.keep import Yielding
-from testbed.control.layers.shift import SHIFT_SPEED_M_S
-from testbed.envs.climb_steps import STRIDE_M
+from testbed.benchmarks.control_tasks.agents import Constant, Yielding
+from testbed.control.layers import SHIFT_SPEED_M_S
+from testbed.envs.climb import STRIDE_M
 from testbed.envs.drill_hole import FEED_N, FEED_RANGE_N, HANDBOOK
 from testbed.envs.keep import HAUL_M_S
 from testbed.envs.randomisation import draw_overrides, named_set

@@ -144,7 +144,7 @@ def test_a_trained_controller_sees_what_its_environment_showed_and_acts_as_it_di
     """A network of known weights moves the environment, and then the benchmark's controller: the
     same orders.
     """
-    from testbed.control.distribution.learned import Learned
+    from testbed.control.distribution.controllers import Learned
 
     rng, sizes = np.random.default_rng(0), (len(SHARE_TABLE), 8, 8, 6)
     weights = {f"weight_{k}": rng.normal(0.0, 0.3, (sizes[k + 1], sizes[k])) for k in range(3)}

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.control.layers.trim import Trim
-from testbed.control.observed import amounts
-from testbed.envs.increments import (
+from testbed.control.gait import amounts
+from testbed.control.layers import Trim
+from testbed.envs.observations import (
     INCREMENTS,
     OFFSET_RANGE_M,
     OFFSET_STEP_M,

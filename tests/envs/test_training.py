@@ -15,11 +15,10 @@ import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
+from testbed.control.distribution.controllers import Learned
 from testbed.control.distribution.corrected import VIEW
-from testbed.control.distribution.learned import Learned
 from testbed.envs import ENVIRONMENTS, NAMES, named
-from testbed.envs.playing import play
-from testbed.envs.policies import OPTIMISER, WEIGHTS, read_policy, read_tensors
+from testbed.envs.policies import OPTIMISER, WEIGHTS, play, read_policy, read_tensors
 from testbed.envs.training import MANY_STEPS, Session, latest, settings_of, train
 from testbed.errors import InputError
 from testbed.formats.files import read_json

@@ -13,7 +13,7 @@ from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.uncertainty import Uncertainty, constants
 from testbed.recording.known import Circuit, Known
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
-from testbed.world.believed import OF_TOLERANCES, spreads_of_leg
+from testbed.world.believed_robot import OF_TOLERANCES, spreads_of_leg
 
 KNOWN = {
     "bore_m": 0.07,

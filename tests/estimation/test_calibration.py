@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from testbed.benchmarks.estimators.calibration_trials import coverage, inside, press_recording
 from testbed.benchmarks.estimators.identification_trials import (
     KNOWN,
     air_recording,
+    calibration_coverage,
+    inside,
+    press_recording,
     random_friction,
     recording_of,
 )
@@ -120,7 +122,7 @@ def test_recordings_of_two_rigs_are_refused(pressed):
 def test_ninety_five_per_cent_regions_hold_the_truth_as_often_as_they_say_in_400_trials():
     from scipy.stats import binomtest
 
-    for count in coverage(400):
+    for count in calibration_coverage(400):
         assert binomtest(int(count), 400, 0.95).pvalue > 0.01 / 2
 
 

@@ -9,7 +9,7 @@ from shipped import MACHINE
 
 from testbed.errors import InputError
 from testbed.estimation.cylinder import Conditions, friction_set, friction_value, stribeck_of
-from testbed.estimation.detectors.derived import valves_of
+from testbed.estimation.detectors.sample import valves_of
 from testbed.estimation.live import contact, encoder
 from testbed.estimation.live.believed import Believed, Leg, Tuning
 from testbed.estimation.live.chain import EstimatorChain, forces, replay, replay_rows

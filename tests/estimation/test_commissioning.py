@@ -24,7 +24,7 @@ from testbed.recording.robot_model import write_robot_model
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.run import run_scenario
 from testbed.workflows.commission import believed, commission_any
-from testbed.world.believed import own_belief
+from testbed.world.believed_robot import believed_robot
 
 
 @pytest.mark.slow
@@ -45,7 +45,7 @@ def test_what_was_found_is_believed_with_its_interval(tmp_path: Path) -> None:
     side = {"axes.fl_vertical.seal.side_load_coefficient": Number(0.2, "1", 0.03)}
     found = Weighed(whole | side, 100.0, np.array([10.0, 0.0, 0.0]), zeros)
     write_robot_model(tmp_path / "model.yaml", believed(found, machine, 280.0))
-    own = own_belief(machine, tmp_path / "model.yaml")
+    own = believed_robot(machine, tmp_path / "model.yaml")
     known = constants(own.sure, own.expected)[0]
     fl, fr = AXES.index("fl_vertical"), AXES.index("fr_vertical")
     axis = machine.axes["fl_vertical"]
@@ -100,7 +100,8 @@ def test_from_the_command_line_a_drawn_machine_finds_itself_and_stands_better_fo
     for name in ("robot.attitude@body.roll", "robot.attitude@body.pitch"):
         assert abs(found["numbers"][name]["value"] - truth[name]["value"]) < 2e-3
     _testbed("estimate", run, "--model", model, "--out", tmp_path / "forces.parquet", "--json")
-    forces = read_columns(tmp_path / "forces.parquet", {"t": "t", "force_fl_n": "load"})
+    file = tmp_path / "forces.parquet"
+    forces = read_columns(file, {"t": "t", "force_fl_n": "load"}, declared_in=file)
     assert len(forces["t"]) == 10_000 and np.isfinite(forces["force_fl_n"]).all()
     again = _testbed(
         "run", "stand_slope_45", "--model", model, "--out", tmp_path / "again", "--json", *drawn

@@ -21,11 +21,11 @@ from testbed.estimation.cylinder import (
     friction_value,
     piston_force_n,
     place_factor,
-    push_of,
     seal_ratio,
     stribeck_of,
     thinning_by_warmth,
     true_pressure,
+    valve_direction,
 )
 from testbed.recording.leg_model import Friction
 
@@ -134,4 +134,10 @@ def test_seals_behind_soft_oil_count_no_more_than_a_bound() -> None:
 
 
 def test_an_open_valve_pushes_one_way_and_one_in_its_dead_band_none() -> None:
-    assert [push_of(u, 0.03) for u in (-0.5, -0.029, 0.0, 0.029, 0.03)] == [-1.0, 0, 0, 0, 1.0]
+    assert [valve_direction(u, 0.03) for u in (-0.5, -0.029, 0.0, 0.029, 0.03)] == [
+        -1.0,
+        0,
+        0,
+        0,
+        1.0,
+    ]

@@ -11,23 +11,25 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.estimation.detectors import derived
 from testbed.estimation.detectors.base import Hold, scaled, scores_over
-from testbed.estimation.detectors.combined import Combined
-from testbed.estimation.detectors.cusum import Cusum
-from testbed.estimation.detectors.glr import Glr
-from testbed.estimation.detectors.held import Held
-from testbed.estimation.detectors.histories import BREAK_AWAY
-from testbed.estimation.detectors.learned import Learned, Patient, shipped_network, views_over
-from testbed.estimation.detectors.momentum import Momentum
-from testbed.estimation.detectors.sample import Sample, Watch
-from testbed.estimation.detectors.steady import Steady
+from testbed.estimation.detectors.classical import Cusum, Glr, Momentum
+from testbed.estimation.detectors.combined import Combined, Held, Steady
+from testbed.estimation.detectors.foot_history import BREAK_AWAY
+from testbed.estimation.detectors.learned import (
+    VIEW,
+    FootMemory,
+    Learned,
+    Patient,
+    ViewNumbers,
+    shipped_network,
+    views_over,
+)
+from testbed.estimation.detectors.sample import OilState, Sample, Sampler, oil_travel
 from testbed.estimation.detectors.table import DETECTORS, LIVE, detector_of
-from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import belief_of
 from testbed.estimation.live.contact import ContactState, step
-from testbed.estimation.live.judged import limits_of
+from testbed.estimation.live.selected import limits_of
 from testbed.machine.build import build_machine
 from testbed.recording.rows import METHODS, DataRow
 
@@ -322,7 +324,7 @@ def _carried(load: np.ndarray, friction: np.ndarray) -> np.ndarray:
     force = load + friction - weight
     rows["pressure_a"] = ((force + 2.0e6 * CYLINDER["area_b"]) / CYLINDER["area_a"])[:, None]
     rows["pressure_b"], rows["position"], rows["supply_pressure"] = 2.0e6, 0.25, 9.0e6
-    return np.array(Watch(_leak_free()).samples(rows)["derived"]["carried"][:, 0])
+    return np.array(Sampler(_leak_free()).samples(rows)["derived"]["carried"][:, 0])
 
 
 @pytest.mark.parametrize("before", [-700.0, 0.0, 800.0])
@@ -341,10 +343,10 @@ def test_a_small_change_of_load_is_shared_between_oil_and_seal() -> None:
     """Unloading by dF lengthens oil and seal together: the pressures show k_oil / (k_oil + k_seal)
     of it.
     """
-    dp, state = 1.0e4, derived.OilState.zeros()[0]
+    dp, state = 1.0e4, OilState.zeros()[0]
     state["pressure_a"], state["pressure_b"] = 3.0e6, 2.0e6
     valve = _leak_free()["legs"]["valve"][0, 0]
-    travel = derived.oil_travel((-dp, 0.0), 9.0e6, 0.25, state, CYLINDER, valve, 1e-3)
+    travel = oil_travel((-dp, 0.0), 9.0e6, 0.25, state, CYLINDER, valve, 1e-3)
     k_oil = dp * CYLINDER["area_a"] / travel
     assert 4.0e6 < k_oil < 3.0e7
     step = 200.0
@@ -363,5 +365,5 @@ def test_a_believed_drift_of_a_sensor_is_taken_out_of_what_detectors_look_at() -
     rows = DataRow.zeros(10_000)
     rows["pressure_a"] = (3.0e6 + 1.0e5 * 1e-3 * np.arange(10_000))[:, None]
     rows["pressure_b"], rows["position"], rows["supply_pressure"] = 2.0e6, 0.25, 9.0e6
-    balance = Watch(belief).samples(rows)["derived"]["balance"][:, 0]
+    balance = Sampler(belief).samples(rows)["derived"]["balance"][:, 0]
     assert np.ptp(balance) < 1.0

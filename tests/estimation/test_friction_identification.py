@@ -202,7 +202,7 @@ def test_faulty_time_is_named_with_its_row(tmp_path, change, said):
 @pytest.mark.skipif(DATA is None, reason="TESTBED_DATA (a folder with recordings/) is not set")
 def test_rig_without_a_missing_effect_is_predicted_to_a_per_cent_of_its_friction():
     from testbed.estimation.leg.force import estimate
-    from testbed.estimation.leg.signals import signals_of
+    from testbed.estimation.leg.motion import signals_of
 
     rig = read_rig(Path(DATA) / "recordings" / "rig-01")
     found = identify_rig(rig)
@@ -231,7 +231,7 @@ def test_parts_of_friction_that_one_speed_cannot_show_are_left_out():
 @pytest.mark.skipif(DATA is None, reason="TESTBED_DATA (a folder with real/) is not set")
 def test_measured_seals_are_predicted_to_six_per_mille_in_the_median():
     from testbed.estimation.leg.force import estimate
-    from testbed.estimation.leg.signals import signals_of
+    from testbed.estimation.leg.motion import signals_of
 
     shares = []
     for folder in sorted((Path(DATA) / "real").glob("seal-*")):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from testbed.effects.terms import ForceTerms, Signals
-from testbed.estimation.leg.friction import breakaway_n, conditions_over, friction_n
+from testbed.estimation.leg.balance import breakaway_n, conditions_over, friction_n
 from testbed.recording.known import Known
 from testbed.recording.leg_model import Friction
 

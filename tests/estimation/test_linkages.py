@@ -13,7 +13,7 @@ import pytest
 from mixed import mixed_folder, mixed_machine
 
 from testbed.control.distribution.statics import FEET, Statics
-from testbed.control.measured import Measured
+from testbed.control.gait import Measured
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import EstimatorChain

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from shipped import shipped_model
 
-from testbed.estimation.live import blame, body_records, whole_body, wrench
+from testbed.estimation.live import body_records, faulty_sensor, whole_body, wrench
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, body_of
@@ -21,8 +21,7 @@ from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow, DrillKnown
 from testbed.robot.linkage import Linkages
-from testbed.robot.loads.drill_loads import known_wrench
-from testbed.robot.loads.foot_loads import ExpectedLoads, point_wrench
+from testbed.robot.loads.foot_loads import ExpectedLoads, known_wrench, point_wrench
 from testbed.robot.model import attitude_gravity
 
 MODEL, MACHINE = shipped_model(), build_machine()
@@ -148,7 +147,7 @@ def looked_at(lie_n: float) -> np.void:
         rows[k, fu.BALANCE + k] = 1.0
     for _ in range(300):
         if not filter_["blamed"].any():
-            blame.look(rows, lie_n * rows[:, fu.ZERO + 2], variance, filter_)
+            faulty_sensor.take_balance(rows, lie_n * rows[:, fu.ZERO + 2], variance, filter_)
     return filter_
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from testbed.benchmarks.paper import filterpy_filters as reference
+from testbed.benchmarks.paper import figure_12 as reference
 from testbed.estimation.filters import kbf, modified_kbf
 from testbed.estimation.filters.kbf import KalmanState
 

@@ -11,10 +11,10 @@ import pytest
 from synthetic_walk import Walk
 
 from testbed.errors import InputError
-from testbed.estimation.detectors.scale import assumed_breakaway_n, breakaway_n, nominal_load_n
+from testbed.estimation.contact_losses import ContactScore, LossRule, intervals, score_contact
+from testbed.estimation.detectors.foot_scale import assumed_breakaway_n, breakaway_n, nominal_load_n
 from testbed.estimation.detectors.single_force import SingleForce
-from testbed.estimation.live.feet import Feet
-from testbed.estimation.losses import ContactScore, LossRule, intervals, score_contact
+from testbed.estimation.live.stream import Feet
 
 
 def _states(time: np.ndarray, force: np.ndarray, nominal_n: float) -> np.ndarray:

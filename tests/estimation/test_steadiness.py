@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_support import (
+from test_belly_support import (
     BELIEF,
     LEVEL,
     ROD_SIDE_PA,

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from testbed.estimation.live.chain import EstimatorChain, rows_of
-from testbed.estimation.live.chain_step import replay_chain
+from testbed.estimation.live.chain import EstimatorChain, replay_chain, rows_of
 from testbed.estimation.live.stream import Stream
 from testbed.recording.robot import read_robot
 from testbed.workflows.estimate import robot_belief

@@ -9,17 +9,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testbed.estimation.friction.evidence import Evidence
-from testbed.estimation.friction.undeclared import (
+from testbed.estimation.friction.declared_numbers import (
     MOST,
     Unknown,
     Used,
     choose_form,
     fit,
+    fit_declared,
     held_out,
-    take_out,
     unknowns,
 )
+from testbed.estimation.friction.evidence import Evidence
 from testbed.recording.known import Known
 
 KNOWN = Known(bore_m=0.08, rod_m=0.045, moving_mass_kg=120.0, inclination_deg=0.0)
@@ -55,13 +55,13 @@ def missing_mass(rows: Evidence, kg: float) -> Evidence:
 
 def test_a_sound_leg_on_its_bench_has_nothing_that_may_move() -> None:
     assert unknowns(evidence(), KNOWN, "vertical-leg") == ([], [])
-    found = take_out(evidence(), KNOWN, "vertical-leg")
+    found = fit_declared(evidence(), KNOWN, "vertical-leg")
     assert (found.known, found.offset_n, found.used) == (KNOWN, 0.0, ())
 
 
 def test_a_mass_that_nobody_declares_is_found() -> None:
     unweighed = KNOWN.model_copy(update={"moving_mass_kg": None})
-    found = take_out(missing_mass(evidence(), 120.0), unweighed, "vertical-leg")
+    found = fit_declared(missing_mass(evidence(), 120.0), unweighed, "vertical-leg")
     assert found.known.moving_mass_kg == pytest.approx(120.0, rel=0.01)
     assert found.evidence.force_n == pytest.approx(evidence().force_n, abs=15.0)
     assert str(found.used[0]).startswith("moving_mass_kg: not declared, found 1")
@@ -75,13 +75,13 @@ def test_without_acceleration_no_mass_shows() -> None:
 
 def test_a_constant_force_of_a_cylinders_sensors_is_taken_out() -> None:
     rows = evidence()
-    found = take_out(replace(rows, force_n=rows.force_n - 180.0), KNOWN, "cylinder")
+    found = fit_declared(replace(rows, force_n=rows.force_n - 180.0), KNOWN, "cylinder")
     assert found.offset_n == pytest.approx(180.0, abs=6.0)
     assert found.evidence.force_n == pytest.approx(rows.force_n, abs=25.0)
 
 
 def test_declared_numbers_stay_where_moving_them_predicts_nothing_better() -> None:
-    found = take_out(evidence(), KNOWN, "cylinder")
+    found = fit_declared(evidence(), KNOWN, "cylinder")
     assert found.known == KNOWN
     assert [used.name for used in found.used] == ["force_offset_n"] or all(
         used.used == pytest.approx(used.declared, rel=0.01) for used in found.used[:-1]
@@ -93,7 +93,7 @@ def test_a_bore_that_is_a_little_off_is_found_within_its_tolerance() -> None:
     rows, wider = evidence(), KNOWN.model_copy(update={"bore_m": 0.0808})
     more_m2 = wider.area_a_m2 - KNOWN.area_a_m2
     short = rows.force_n - more_m2 * (rows.pressure_a_pa - rows.pressure_b_pa)
-    found = take_out(replace(rows, force_n=short), KNOWN, "cylinder")
+    found = fit_declared(replace(rows, force_n=short), KNOWN, "cylinder")
     assert found.known.bore_m == pytest.approx(0.0808, rel=1e-3)
     bore = next(used for used in found.used if used.name == "bore_m")
     assert bore.tolerances_off == pytest.approx(0.5, abs=0.1) and not bore.at_bound
@@ -103,7 +103,7 @@ def test_data_that_contradict_a_declaration_are_said_to_and_move_it_no_further()
     rows, wider = evidence(), KNOWN.model_copy(update={"bore_m": 0.1})
     more_m2 = wider.area_a_m2 - KNOWN.area_a_m2
     short = rows.force_n - more_m2 * (rows.pressure_a_pa - rows.pressure_b_pa)
-    found = take_out(replace(rows, force_n=short), KNOWN, "cylinder")
+    found = fit_declared(replace(rows, force_n=short), KNOWN, "cylinder")
     bore = next(used for used in found.used if used.name == "bore_m")
     assert bore.at_bound and bore.tolerances_off == pytest.approx(MOST, rel=1e-3)
     assert str(bore).endswith("the data contradict the declared number")

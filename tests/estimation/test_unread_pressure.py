@@ -13,8 +13,8 @@ from testbed.estimation.cylinder import (
     Cylinder,
     Sensor,
     chamber_pressure,
-    unclipped,
-    unread_n,
+    clipped_reading_sd,
+    replace_clipped,
 )
 
 LEAST_PA = -101_325.0
@@ -34,7 +34,9 @@ def test_the_belief_is_that_of_a_pressure_spread_evenly_between_void_and_atmosph
 
 
 def test_only_what_has_ended_at_0_is_replaced() -> None:
-    np.testing.assert_array_equal(unclipped(np.array([0.0, 1.0, 5.0e6])), [VOID_PA, 1.0, 5.0e6])
+    np.testing.assert_array_equal(
+        replace_clipped(np.array([0.0, 1.0, 5.0e6])), [VOID_PA, 1.0, 5.0e6]
+    )
 
 
 def test_a_reading_above_0_is_corrected_as_before_and_a_missing_one_stays_missing() -> None:
@@ -47,6 +49,6 @@ def test_a_reading_above_0_is_corrected_as_before_and_a_missing_one_stays_missin
 
 def test_what_it_leaves_open_is_a_force_of_its_own_area() -> None:
     c = cylinder(5.0e-3, 2.0e-3)
-    assert unread_n(1.0e6, 1.0e5, c) == 0.0
-    assert unread_n(1.0e6, 0.0, c) == pytest.approx(VOID_SD_PA * 2.0e-3)
-    assert unread_n(0.0, 0.0, c) == pytest.approx(VOID_SD_PA * math.hypot(5.0e-3, 2.0e-3))
+    assert clipped_reading_sd(1.0e6, 1.0e5, c) == 0.0
+    assert clipped_reading_sd(1.0e6, 0.0, c) == pytest.approx(VOID_SD_PA * 2.0e-3)
+    assert clipped_reading_sd(0.0, 0.0, c) == pytest.approx(VOID_SD_PA * math.hypot(5.0e-3, 2.0e-3))

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from testbed.errors import InputError
-from testbed.formats.ownership import owned
+from testbed.formats.files import owned
 
 OWNER = """
 import sys, time
-from testbed.formats.ownership import owned
+from testbed.formats.files import owned
 with owned(sys.argv[1]):
     print("owned", flush=True)
     time.sleep(60)

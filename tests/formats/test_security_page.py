@@ -17,7 +17,7 @@ READING = re.compile(
 OWN_FILES = {
     "simulation/sweep.py": "the summaries of a sweep's own runs",
     "workflows/loop.py": "the results of its own earlier start",
-    "workflows/second_motion.py": "a scenario that it has just spelt",
+    "workflows/diagnose.py": "a scenario that it has just spelt",
 }
 """Files that read only what they wrote themselves."""
 

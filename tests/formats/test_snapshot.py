@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.formats.snapshot import Taken, constants, put, take
+from testbed.formats.snapshot import Snapshot, capture, constants, put_back
 
 constant = constants()
 
@@ -79,7 +79,7 @@ def _worked(times: int) -> Machine:
 @pytest.mark.parametrize("before", [0, 1, 5])
 def test_another_tree_goes_on_as_the_first_one_does(before: int) -> None:
     machine, other = _worked(3), _worked(before)
-    put(take(machine, constant), other, constant)
+    put_back(capture(machine, constant), other, constant)
     assert _told(other) == _told(machine)
     for one in (machine, other):
         one.act()
@@ -88,7 +88,7 @@ def test_another_tree_goes_on_as_the_first_one_does(before: int) -> None:
 
 def test_what_was_shared_is_shared_again_and_views_stay_views() -> None:
     machine, other = _worked(2), Machine()
-    put(take(machine, constant), other, constant)
+    put_back(capture(machine, constant), other, constant)
     assert other.queue[0] is other.now
     other.first["a"] = 17.0
     assert other.board["a"][0] == 17.0
@@ -97,17 +97,17 @@ def test_what_was_shared_is_shared_again_and_views_stay_views() -> None:
 
 def test_a_state_does_not_change_with_what_it_was_taken_from() -> None:
     machine = _worked(2)
-    before, taken = _told(machine), take(machine, constant)
+    before, taken = _told(machine), capture(machine, constant)
     machine.act()
     other = Machine()
-    put(taken, other, constant)
+    put_back(taken, other, constant)
     assert other.board.tobytes() == before[0]
 
 
 def test_a_state_survives_json() -> None:
     machine, other = _worked(3), Machine()
-    taken = take(machine, constant)
-    put(Taken(json.loads(json.dumps(taken.nodes)), taken.arrays), other, constant)
+    taken = capture(machine, constant)
+    put_back(Snapshot(json.loads(json.dumps(taken.nodes)), taken.arrays), other, constant)
     assert _told(other) == _told(machine)
 
 
@@ -115,12 +115,12 @@ def test_what_no_state_can_hold_is_named() -> None:
     machine = Machine()
     machine.now = (n for n in range(3))  # type: ignore[assignment]
     with pytest.raises(InputError, match="now: a generator cannot be saved"):
-        take(machine, constant)
+        capture(machine, constant)
 
 
 @pytest.mark.parametrize("kind", ["subprocess:Popen", "os:_wrap_close", "builtins:type"])
 def test_a_state_cannot_make_objects_of_other_modules(kind: str) -> None:
-    taken = take(Machine(), constant)
+    taken = capture(Machine(), constant)
     taken.nodes[0]["object"] = kind
     with pytest.raises(InputError, match="no class of this run"):
-        put(taken, Machine(), constant)
+        put_back(taken, Machine(), constant)

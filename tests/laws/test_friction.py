@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from shipped import MACHINE
 
 from testbed.benchmarks.paper.figure_08 import steady_friction
-from testbed.laws.ends import (
+from testbed.laws.end_stops import (
     EndParameters,
     ExtraForces,
     end_force,

@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from testbed.laws.linear import lag_weights, second_order
+from testbed.laws.second_order import lag_weights, second_order
 from testbed.laws.valve import ValveParameters, ValveState, opening, play, spool_weights, valve_path
 
 WN, ZETA, TAU = 2 * math.pi * 18.0, 0.95, 0.002

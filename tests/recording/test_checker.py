@@ -23,7 +23,7 @@ from testbed.recording.checker.raw import Raw, read_raw
 from testbed.recording.checker.sensors import check_frozen, repetitions, spikes
 from testbed.recording.known import Known
 from testbed.scenario.scenario import load_scenario
-from testbed.simulation.description import recording_meta
+from testbed.simulation.run_folder import recording_meta
 
 SAMPLES = Path(__file__).parents[1] / "data" / "first_version"
 LEG = SAMPLES / "leg" / "verify" / "press"

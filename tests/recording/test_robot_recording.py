@@ -21,8 +21,8 @@ from testbed.formats.table import write_columns
 from testbed.formats.yaml_files import write_yaml
 from testbed.recording.robot import read_robot
 from testbed.scenario.scenario import load_scenario
-from testbed.simulation.description import recording_meta
 from testbed.simulation.recorder import RunRecorder
+from testbed.simulation.run_folder import recording_meta
 from testbed.workflows.estimate import estimate_file
 
 SURVEY = {

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from testbed.benchmarks.soak.mutations import damaged
+from testbed.benchmarks.soak.spoilt_files import damaged
 from testbed.errors import InputError
 from testbed.recording.importer import mcap_file
 from testbed.recording.importer.mcap_file import read_mcap

@@ -13,12 +13,12 @@ from testbed.machine.build import build_machine
 from testbed.machine.folder import machine_folder
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.report.animation import animation, arrows
-from testbed.report.ground import heights_around
 from testbed.report.motion import (
     MOST_FRAMES,
     Motion,
     footholds,
     frame_rows,
+    heights_around,
     motion_at,
     recorded,
     support,

@@ -11,11 +11,10 @@ import pytest
 from synthetic_run import write_synthetic_run
 
 from testbed.report.figures import LETTER_IN, word_places
-from testbed.report.motion_figures import friction_use
+from testbed.report.run_parts import friction_use
 from testbed.report.series import busiest, course, envelope, limits
 from testbed.simulation.pictures import Album, pictures
-from testbed.workflows.drawers import SHORTEST_S, Drawers, drawers
-from testbed.workflows.report import write_report
+from testbed.workflows.report import SHORTEST_S, Drawers, drawers, write_report
 
 
 class Camera:

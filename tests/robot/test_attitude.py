@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from testbed.machine.urdf_geometry import rotation_from_rpy
-from testbed.robot.attitude import (
+from testbed.robot.model import (
     quaternions_of,
     rotation_from_attitude,
     rotations_of,
     small_turn,
 )
-from testbed.world.rotations import quaternion, turning_z_to
+from testbed.world.view import quaternion, turning_z_to
 
 
 @pytest.mark.parametrize(

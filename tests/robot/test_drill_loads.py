@@ -7,8 +7,7 @@ import pytest
 
 from testbed import resources
 from testbed.recording.rows import DrillKnown
-from testbed.robot.loads.drill_loads import known_wrench, rods_wrench
-from testbed.robot.loads.foot_loads import drill_wrench
+from testbed.robot.loads.foot_loads import drill_wrench, known_wrench, rods_wrench
 from testbed.robot.model import RobotModel
 
 MODEL = RobotModel(resources.urdf())

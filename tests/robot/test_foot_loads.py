@@ -19,10 +19,10 @@ from shipped import MACHINE, shipped_model, slope_gravity
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
 from testbed.robot.contact.geometry import FootLoads
-from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.loads.foot_loads import (
     ExpectedLoads,
     Footing,
+    OilColumns,
     drill_wrench,
     external_wrench,
     point_wrench,

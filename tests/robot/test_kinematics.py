@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from shipped import MACHINE
 
-from testbed.robot.kinematics import LegKinematics, exact_square, length
 from testbed.robot.model import RobotModel
+from testbed.robot.robot import LegKinematics, exact_square, length
 
 LEGS_OF_MACHINE = LegKinematics.from_machine(MACHINE)
 

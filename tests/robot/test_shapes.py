@@ -10,8 +10,7 @@ from shipped import MACHINE
 
 from testbed.machine.build import build_machine
 from testbed.machine.folder import machine_folder
-from testbed.robot.urdf.drawing import visuals
-from testbed.robot.urdf.shapes import Vector, bar, box, box_inertia, post
+from testbed.robot.urdf.drawing import Vector, bar, box, box_inertia, post, visuals
 
 
 def along(rpy: Vector) -> np.ndarray:

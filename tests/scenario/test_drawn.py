@@ -9,9 +9,8 @@ from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES
-from testbed.scenario import drawn
-from testbed.scenario.drawn import GROUND, Tolerance, draw_machine, tolerances
-from testbed.scenario.machines import machines_of
+from testbed.scenario import machines as drawn
+from testbed.scenario.machines import GROUND, Tolerance, draw_machine, machines_of, tolerances
 from testbed.scenario.scenario import load_scenario
 
 DRAWING = build_machine()

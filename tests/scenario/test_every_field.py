@@ -20,7 +20,7 @@ from shipped import MACHINE
 
 from testbed.errors import InputError
 from testbed.scenario.scenario import Scenario, load_scenario
-from testbed.simulation.expectations import unmet
+from testbed.simulation.run_summary import unmet
 
 FILES = Path(__file__).parent / "every_field"
 DATA: dict[str, Any] = yaml.safe_load((FILES / "values.yaml").read_text())

@@ -9,7 +9,7 @@ import pytest
 from testbed.errors import InputError
 from testbed.formats.files import plain
 from testbed.formats.yaml_files import yaml_text
-from testbed.scenario.possible import RULES
+from testbed.scenario.feasibility import RULES
 from testbed.scenario.scenario import load_scenario
 
 BESIDE = (

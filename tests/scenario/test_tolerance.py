@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from testbed.machine.scale import ROBOCLIMBER
-from testbed.scenario.drawn import Tolerance
+from testbed.scenario.machines import Tolerance
 
 
 def tolerance(**more: Any) -> Tolerance:

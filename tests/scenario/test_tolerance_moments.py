@@ -11,7 +11,7 @@ import pytest
 
 from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER, Scale
-from testbed.scenario.drawn import Tolerance
+from testbed.scenario.machines import Tolerance
 
 
 def tolerance(**fields: Any) -> Tolerance:

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import testbed
-from testbed.control.command import Command
 from testbed.control.distribution.quadratic import Quadratic
+from testbed.control.gait import Command
 from testbed.errors import InputError, UserCodeError
 from testbed.recording.rows import DataRow
 from testbed.simulation.run import run_scenario
@@ -131,7 +131,7 @@ class Never:
 def test_an_own_gait_is_followed_as_class_object_or_file(tmp_path: Path) -> None:
     crawl = testbed.load_scenario("crawl_slope_30", duration=0.2)
     (tmp_path / "mine.py").write_text(
-        "from testbed.control.command import Command\n"
+        "from testbed.control.gait import Command\n"
         "class Mine:\n"
         "    def __init__(self, start):\n        self.joints = start.joints.copy()\n"
         "    def command(self, t, dt, measured):\n        return Command(joints=self.joints)\n"

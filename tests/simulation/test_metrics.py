@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from synthetic_run import RMS_N, synthetic_columns
 
-from testbed.estimation.losses import LossRule
+from testbed.estimation.contact_losses import LossRule
 from testbed.machine.names import LEGS
 from testbed.scenario.events import Bound, Expect
 from testbed.simulation import metrics
-from testbed.simulation.expectations import unmet
 from testbed.simulation.residuals import beyond_friction, load_residuals, odd_one_out, suspect
+from testbed.simulation.run_summary import unmet
 
 T = np.arange(1000) / 1000.0
 RULE = LossRule(10_000.0)

@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from testbed.errors import InputError
-from testbed.formats.ownership import owned
-from testbed.formats.tree import flattened
+from testbed.formats.files import owned
+from testbed.formats.yaml_files import flattened
 from testbed.report.sweep_page import page as sweep_page
 from testbed.report.sweep_page import varied, worst
 from testbed.scenario.sweep import Sweep, load_sweep, sweep_of

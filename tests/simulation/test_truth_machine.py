@@ -8,7 +8,7 @@ from shipped import MACHINE
 
 from testbed.machine.names import AXES
 from testbed.robot.model import RobotModel
-from testbed.simulation.truth_machine import weigh
+from testbed.simulation.run_folder import weigh
 
 MODEL = RobotModel(MACHINE.urdf)
 MIDDLE = MODEL.limits.mean(axis=1)

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from testbed.errors import InputError
-from testbed.formats.ownership import owned
+from testbed.formats.files import owned
 from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.simulation.run import run_scenario
 from testbed.workflows import commission as work

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from testbed.cli import app
 from testbed.errors import InputError
-from testbed.estimation.losses import LossRule
+from testbed.estimation.contact_losses import LossRule
 from testbed.formats.table import write_columns
 from testbed.formats.yaml_files import write_yaml
 

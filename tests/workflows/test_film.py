@@ -12,7 +12,7 @@ from synthetic_run import write_synthetic_run
 
 from testbed.errors import InputError
 from testbed.simulation.runs import read_run
-from testbed.workflows.film import film, picture_rows
+from testbed.workflows.export import film, picture_rows
 
 
 def test_pictures_lie_evenly_in_simulated_time(tmp_path: Path) -> None:

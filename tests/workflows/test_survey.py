@@ -13,7 +13,7 @@ from testbed.errors import InputError
 from testbed.machine.build import build_machine
 from testbed.scenario.scenario import load_scenario
 from testbed.workflows.estimate import survey_of, with_body
-from testbed.world.believed import own_belief
+from testbed.world.believed_robot import believed_robot
 from testbed.world.simulation import Simulation
 from testbed.world.summary import surveyed
 
@@ -32,7 +32,7 @@ def test_the_ropes_are_attached_where_the_survey_says_else_where_the_urdf_does(
     expected = urdf_m if height_m is None else np.full(2, height_m)
     found = survey_of(survey, FILE).robot(machine).model.rope_attachments_m[:, 2]
     np.testing.assert_allclose(found, expected)
-    believed = own_belief(machine, None)
+    believed = believed_robot(machine, None)
     whole = with_body(believed.legs(1e-3), believed, survey, FILE)
     assert whole.body is not None
     np.testing.assert_allclose(whole.body["rope_point"][0, :, 2], expected)

@@ -12,8 +12,8 @@ from perturbed import changes_recording
 
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.names import SIDES
-from testbed.scenario import drawn
-from testbed.scenario.drawn import Tolerance, tolerances
+from testbed.scenario import machines as drawn
+from testbed.scenario.machines import Tolerance, tolerances
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.run import run_scenario
 

@@ -11,9 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from testbed.control.command import Command, SetPoints
-from testbed.control.layers.mast import DEAD_RAD, GAIN_1_S, KeepMast
-from testbed.control.measured import Measured
+from testbed.control.gait import Command, Measured, SetPoints
+from testbed.control.layers import DEAD_RAD, GAIN_1_S, KeepMast
 from testbed.laws.drill import DrillLoads, DrillOrder
 from testbed.laws.penetration import best_feed, penetration_rate, thrust_factor, wandering
 from testbed.machine.build import build_machine

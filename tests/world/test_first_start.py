@@ -25,7 +25,7 @@ import resource
 from testbed.scenario.scenario import load_scenario
 from testbed.world.simulation import Simulation
 Simulation(load_scenario("drill_slope_45", duration=1.0)).run_block(1)
-from testbed.estimation.live.chain_step import step_chain
+from testbed.estimation.live.chain import step_chain
 from testbed.world.compiled_step import between_steps
 from testbed.world.plant import plant_step
 print(json.dumps({f.py_func.__name__: [len(f.signatures), sum(f.stats.cache_misses.values())]

@@ -40,7 +40,7 @@ if sys.argv[1] == "spare":
         )
     )
 
-from testbed.control.measured import Measured
+from testbed.control.gait import Measured
 from testbed.envs.observations import TABLE, Observer
 from testbed.scenario.scenario import load_scenario
 from testbed.world.simulation import Simulation

@@ -7,10 +7,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from testbed.control.distribution.distribution import add_pull, internal_force_state
 from testbed.control.distribution.quadratic import Quadratic
-from testbed.control.distribution.squeeze import add_pull, squeezing
 from testbed.control.distribution.statics import NORMALS, Statics
-from testbed.control.measured import Measured
+from testbed.control.gait import Measured
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import belief_of
@@ -20,7 +20,7 @@ from testbed.machine.folder import machine_folder
 from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER
 from testbed.robot.robot import Robot
-from testbed.scenario.drawn import draw_machine
+from testbed.scenario.machines import draw_machine
 from testbed.simulation.residuals import residual_summary
 
 ROBOT = Robot.of(build_machine(folder=machine_folder("quarter_model")))
@@ -53,7 +53,7 @@ def test_a_foot_with_half_its_load_is_not_in_the_air() -> None:
     assert body["filter"]["innovation_limit"] < 0.1 * QUARTER_N
 
 
-def test_friction_that_the_contact_word_explains_is_the_machines() -> None:
+def test_friction_that_the_contact_state_explains_is_the_machines() -> None:
     numbers = belief_of(Believed.from_machine(MACHINE, 1e-3))[0]["combined"]
     cylinder = MACHINE.vertical_cylinder
     assert numbers["break_away"] < 2.0 * (cylinder.coulomb_out_n + cylinder.static_out_n)
@@ -94,7 +94,7 @@ def test_ropes_of_twice_the_machine_are_hauled_by_twice_the_force_at_its_speed()
     rates = {}
     for scale, force in ((ROBOCLIMBER, 1.0), (large, large.force)):
         pull, out = np.array([1.0e4, 1.0e4]) * force, np.zeros(2)
-        add_pull(pull, pull + 2000.0 * force, 0.01, squeezing(scale), pull.copy(), out)
+        add_pull(pull, pull + 2000.0 * force, 0.01, internal_force_state(scale), pull.copy(), out)
         rates[scale] = out / scale.speed
     np.testing.assert_allclose(rates[large], rates[ROBOCLIMBER], rtol=1e-9)
-    assert len(AXES) == squeezing(large).tolerance.size
+    assert len(AXES) == internal_force_state(large).tolerance.size

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from testbed.scenario.world_parts import Rates
+from testbed.scenario.parts import Rates
 from testbed.world.compiled_step import (
     CONTROL,
     ESTIMATE,

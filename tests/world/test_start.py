@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Hidden
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.recording.rows import DrillKnown
 from testbed.robot.robot import Robot

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from testbed.effects import ALL, by_name
-from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Hidden
 from testbed.errors import InputError
 from testbed.laws.hydraulics import AxisParameters
 from testbed.laws.supply import PowerUnit
 from testbed.machine.names import AXES
-from testbed.scenario.world_parts import Undeclared
+from testbed.scenario.parts import Undeclared
 from testbed.world.sensing import Transducer
 from testbed.world.undeclared import (
     hidden_of,

@@ -13,12 +13,12 @@ from testbed.control.valve_loop import PositionLoop, valve_command
 from testbed.errors import InputError
 from testbed.laws.drill import DrillLoads
 from testbed.machine.build import build_machine
-from testbed.robot.kinematics import LegKinematics, length
+from testbed.robot.robot import LegKinematics, length
 from testbed.robot.urdf.merge import merged
+from testbed.scenario.parts import Sensors
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
 from testbed.scenario.terrain import Terrain
-from testbed.scenario.world_parts import Sensors
 from testbed.world import plant, sensing
 from testbed.world.board import Board, BodyState, EngineState
 from testbed.world.drilling.drilling import DrillProgram
@@ -236,7 +236,7 @@ def test_an_impossible_start_posture_is_refused_by_name() -> None:
 def test_quaternions_and_roll_pitch_yaw_give_back_their_rotation() -> None:
     from testbed.machine.urdf_geometry import rotation_from_rpy
     from testbed.robot.urdf.merge import rpy_from_rotation
-    from testbed.world.rotations import quaternion
+    from testbed.world.view import quaternion
 
     rng = np.random.default_rng(5)
     for rpy in (

@@ -3,10 +3,10 @@ board, several seeds each.
 
 A run ends when the body has gone its way, the machine is lost, or its time is over. A machine whose
 ropes draw the load too far aside for the stride is given a shorter one, as its crew would; where
-none of STRIDE_SHARES is accepted, the climb is refused. A seed draws
-the machine, the sensors' errors, the true friction and, on rock, the surface; control believes the
-machine on the drawing board, one friction, and knows nothing of the rock but its roughness. A gait
-of one's own climbs the same slopes beside the shipped one.
+none of STRIDE_SHARES is accepted, the climb is refused. A seed draws the machine, the sensors'
+errors, the true friction and, on rock, the surface; control believes the machine on the drawing
+board, one friction, and knows nothing of the rock but its roughness. A gait of one's own climbs the
+same slopes beside the shipped one.
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.marks import code, digest
+from testbed.benchmarks.harness import Answers, Benchmark, code, digest
 from testbed.control.gait import Gait
 from testbed.control.gaits.table import OwnParts
 from testbed.errors import InputError, SimulationFault
@@ -212,7 +211,7 @@ class Climbs(Benchmark[Climb]):
 
     def without(self) -> tuple[str, ...]:
         """The other benchmarks of this folder."""
-        return ("benchmarks/climbs/expected_loads.py", "benchmarks/climbs/quiet_stand.py")
+        return ("benchmarks/climbs/expected_loads.py", "benchmarks/climbs/stands.py")
 
     def summarise(self, answers: Answers) -> list[Outcome]:
         """Every climb's outcome."""

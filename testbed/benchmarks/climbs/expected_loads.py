@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.climbs.known_footing import (
+from testbed.benchmarks.climbs.stands import (
     fixed_combinations,
     heights_under_load,
     load_interval_n,
@@ -35,10 +35,9 @@ from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
 from testbed.report.page import Table
-from testbed.robot.attitude import rotation_from_attitude
 from testbed.robot.contact.geometry import FootLoads
 from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, drill_wrench
-from testbed.robot.model import RobotModel, attitude_gravity
+from testbed.robot.model import RobotModel, attitude_gravity, rotation_from_attitude
 from testbed.scenario.scenario import load_scenario
 
 SEED = 52_000
@@ -260,7 +259,7 @@ class ExpectedLoadStands(Benchmark[int]):
 
     def without(self) -> tuple[str, ...]:
         """The other benchmarks of this folder."""
-        return ("benchmarks/climbs/climbs.py", "benchmarks/climbs/quiet_stand.py")
+        return ("benchmarks/climbs/climbs.py", "benchmarks/climbs/stands.py")
 
     def summarise(self, answers: Answers) -> dict[str, float]:
         """See scores."""

@@ -13,15 +13,19 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.contact_loss.page import curves, page
-from testbed.benchmarks.contact_loss.published import published
-from testbed.benchmarks.contact_loss.rivals import grid_of, rivals, scores_of, thresholds_text
+from testbed.benchmarks.contact_loss.recordings import Tape, facts_of, read_tape, record
+from testbed.benchmarks.contact_loss.rivals import (
+    grid_of,
+    published,
+    rivals,
+    scores_of,
+    thresholds_text,
+)
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, scenes
 from testbed.benchmarks.contact_loss.score import Reference, scored, squares
 from testbed.benchmarks.contact_loss.summary import COMMISSIONED, summarise, tables, tuned
-from testbed.benchmarks.contact_loss.tapes import Tape, facts_of, read_tape, record
 from testbed.benchmarks.contact_loss.warning import outcomes
-from testbed.benchmarks.harness import Answers, Benchmark, answers
-from testbed.benchmarks.marks import code, digest
+from testbed.benchmarks.harness import Answers, Benchmark, answers, code, digest
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import Detector
 from testbed.estimation.detectors.table import detector_of
@@ -34,7 +38,7 @@ from testbed.workflows.commission import commission, recorded
 Tree = dict[str, Any]
 PILOTS = 8
 """Scenes that thresholds to look at are taken from."""
-IN_THE_LOOP = ("base.py", "combined.py", "derived.py", "held.py", "sample.py", "table.py")
+IN_THE_LOOP = ("base.py", "combined.py", "sample.py", "table.py")
 """Of the detectors' files those that have a say in what a machine does while it is recorded."""
 
 

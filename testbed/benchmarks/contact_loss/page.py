@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from testbed import __version__
-from testbed.benchmarks.contact_loss import floor, limit
+from testbed.benchmarks.contact_loss import bounds
 from testbed.benchmarks.contact_loss.score import CLASSES
 from testbed.benchmarks.contact_loss.summary import COMMISSIONED
 from testbed.estimation.detectors.learned import Patient
@@ -18,18 +18,18 @@ from testbed.report.style import (
     GREY,
     ORANGE,
     PURPLE,
-    RC,
     SKY,
     VERMILION,
     number_powers,
+    styled_figure,
     svg,
 )
 
 Tree = dict[str, Any]
 LOOKS: dict[str, tuple[str, str]] = {
     "floor": (BLACK, "-"),
-    limit.ONE: (GREY, ":"),
-    limit.FOUR: (BLACK, "--"),
+    bounds.ONE: (GREY, ":"),
+    bounds.FOUR: (BLACK, "--"),
     "learned": (PURPLE, "-"),
     "patient": (PURPLE, ":"),
     "held": (VERMILION, "-"),
@@ -47,7 +47,7 @@ LOOKS: dict[str, tuple[str, str]] = {
     "multiple_model": (SKY, "--"),
 }
 
-TRADED = (floor.NAME, *limit.TEXTS, LIVE, BEST, Patient.name)
+TRADED = (bounds.FLOOR, *bounds.TEXTS, LIVE, BEST, Patient.name)
 """Whose recall is shown at several rates of false alarms."""
 
 
@@ -103,12 +103,7 @@ def curves(result: Tree) -> Any:
     """Recall and delay of the detectors that were looked at with many thresholds against their
     false alarms, as a figure.
     """
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context(RC):  # type: ignore[arg-type]
-        figure = Figure(figsize=(9.0, 4.2))
-        recall, delay = figure.subplots(1, 2)
+    with styled_figure(1, 2, (9.0, 4.2)) as (figure, (recall, delay)):
         none_1_h = 0.5 / max(result["hours"], 1e-6)  # where no false alarm at all is drawn
         for entry in result["detectors"]:
             rows = [row for row in entry["curve"] if row[1] is not None]

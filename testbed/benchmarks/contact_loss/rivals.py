@@ -5,23 +5,61 @@ the floor and the limits that nobody can use.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from testbed.benchmarks.contact_loss import floor, limit
+from testbed.benchmarks.contact_loss import bounds
+from testbed.benchmarks.contact_loss.recordings import Tape
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene
-from testbed.benchmarks.contact_loss.tapes import Tape
+from testbed.benchmarks.contact_loss.summary import COMMISSIONED
 from testbed.estimation.detectors.base import Hold, scores_over, start
+from testbed.estimation.detectors.foot_scale import believed_breakaway_n
 from testbed.estimation.detectors.learned import Patient
-from testbed.estimation.detectors.scale import believed_breakaway_n
 from testbed.estimation.detectors.single_force import SingleForce
 from testbed.estimation.detectors.table import BEST, DETECTORS, LIVE, detector_of
-from testbed.estimation.live.judged import hold_of
+from testbed.estimation.live.selected import hold_of
+from testbed.formats.arrays import Array
 from testbed.formats.sockets import user_code
 from testbed.machine.build import build_machine
 
-Array = NDArray[np.float64]
+# What contact_loss.json holds of the result: what a reader or a page quotes, and no more.
+
+Tree = dict[str, Any]
+IN_CLASS = ("losses", "recall", "false_alarms_per_hour", "false_flight_s_per_hour")
+"""What contact_loss.json says of a load class."""
+
+
+def published(result: Tree) -> Tree:
+    """What contact_loss.json holds: of all detectors their marks and by load class the few that
+    count, of the best one its losses by kind; no curves, which the page draws.
+    """
+    found = result | {
+        "detectors": [_published(entry) for entry in result["detectors"]],
+        "warning": {k: v for k, v in result["warning"].items() if k != "curve"},
+    }
+    if result.get(COMMISSIONED) is not None:
+        found[COMMISSIONED] = published(result[COMMISSIONED])
+    return found
+
+
+def _published(entry: Tree) -> Tree:
+    left_out = {"curve", "trade", "by_class", "at_floor_budget"} | (
+        set() if entry["best"] else {"by"}
+    )
+    found = {word: value for word, value in entry.items() if word not in left_out}
+    budget = entry["at_floor_budget"]
+    at_budget = None if budget is None else _in_short(budget) | {"threshold": budget["threshold"]}
+    return found | _in_short(entry) | {"at_floor_budget": at_budget}
+
+
+def _in_short(marks: Tree) -> Tree:
+    """Marks by load class, and over all."""
+    kept = {word: marks[word] for word in IN_CLASS}
+    classes = marks["by_class"].items()
+    return kept | {"by_class": {word: {k: m[k] for k in IN_CLASS} for word, m in classes}}
+
+
 FORMAT = "roboclimber-thresholds/2"
 FLOOR_THRESHOLDS = tuple(np.arange(-1.0, 10.0).tolist())
 """Further down its hold would never let go of a foot."""
@@ -40,7 +78,7 @@ def rivals(own: Sequence[str] = ()) -> dict[str, str]:
     the user's own.
     """
     shipped = {d.name: d.text for d in DETECTORS} | {SingleForce.name: SingleForce.text}
-    unreal = {floor.NAME: floor.TEXT} | limit.TEXTS
+    unreal = {bounds.FLOOR: bounds.FLOOR_TEXT} | bounds.TEXTS
     return unreal | shipped | dict.fromkeys(own, "of your own")
 
 
@@ -49,7 +87,7 @@ def shipped_thresholds() -> dict[str, float]:
     it.
     """
     shipped = {d.name: float(d.threshold) for d in DETECTORS}
-    unreal = {floor.NAME: floor.THRESHOLD} | limit.THRESHOLDS
+    unreal = {bounds.FLOOR: bounds.FLOOR_THRESHOLD} | bounds.THRESHOLDS
     return unreal | shipped | {SingleForce.name: SingleForce.threshold}
 
 
@@ -57,11 +95,11 @@ def scores_of(name: str, tape: Tape, scene: Scene) -> tuple[Array, Hold]:
     """A rival's scores (n, 4) over a scene's tape, and when a foot that it calls lost counts as
     loaded again.
     """
-    if name == floor.NAME:
-        path = floor.SensorPath.of(scene, tape)
-        return floor.floor_scores(tape.normal_n, path, tape.rule, tape.dt_s), floor.HOLD
-    if name in limit.TEXTS:
-        return limit.limit_scores(name, tape, scene), limit.HOLDS[name]
+    if name == bounds.FLOOR:
+        path = bounds.SensorPath.of(scene, tape)
+        return bounds.floor_scores(tape.normal_n, path, tape.rule, tape.dt_s), bounds.FLOOR_HOLD
+    if name in bounds.TEXTS:
+        return bounds.limit_scores(name, tape, scene), bounds.HOLDS[name]
     return detector_scores(name, tape)
 
 
@@ -93,10 +131,10 @@ def grid_of(
     grids: dict[str, tuple[float, ...]] = {}
     for name in rivals(own):
         first = (shipped[name],) if name in shipped else ()
-        if name == floor.NAME:
+        if name == bounds.FLOOR:
             grids[name] = (*first, *FLOOR_THRESHOLDS)
-        elif name in limit.TEXTS:
-            grids[name] = (*first, *limit.GRID)
+        elif name in bounds.TEXTS:
+            grids[name] = (*first, *bounds.GRID)
         elif name == SingleForce.name or not (every or name in (*COMPARED, *own)):
             grids[name] = first
         else:

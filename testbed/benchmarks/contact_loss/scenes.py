@@ -27,16 +27,14 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from testbed.control.command import Command, along_vertical
-from testbed.control.measured import Measured
+from testbed.control.gait import Command, Measured, along_vertical
 from testbed.effects import by_name, ground_settling, sensor_drift_a, sensor_zero
+from testbed.formats.arrays import Array
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.names import AXES, LEGS
 from testbed.scenario.scenario import Scenario, load_scenario
 
-Array = NDArray[np.float64]
 Tree = dict[str, Any]
 Split = Literal["tuning", "scoring"]
 Kind = Literal["drill", "crawl", "supervised"]

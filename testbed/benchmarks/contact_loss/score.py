@@ -1,12 +1,12 @@
 """A detector's scores on one scene against the truth, at many thresholds: what is counted, and by
 which load.
 
-Losses, touchdowns, delays, false alarms and wrong seconds are those of estimation/losses.py. Each
-is counted by the load of its foot, as a share of the nominal load: a loss by what the foot bore
-before (the load that it reached in a tenth of the two seconds before), time in contact by the
-lowest load within half a second. Below twice the share of a loss a foot is `near` one; below
-LIGHT_SHARE, twice the break-away force of a shipped cylinder, friction may hide as much as is
-there, and it is `light`.
+Losses, touchdowns, delays, false alarms and wrong seconds are those of
+estimation/contact_losses.py. Each is counted by the load of its foot, as a share of the nominal
+load: a loss by what the foot bore before (the load that it reached in a tenth of the two seconds
+before), time in contact by the lowest load within half a second. Below twice the share of a loss a
+foot is `near` one; below LIGHT_SHARE, twice the break-away force of a shipped cylinder, friction
+may hide as much as is there, and it is `light`.
 """
 
 from __future__ import annotations
@@ -18,13 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.estimation.contact_losses import LOSS_SHARE, LossRule, follow, intervals
 from testbed.estimation.detectors.base import Hold
 from testbed.estimation.live.contact import ContactState, limits_at, step
-from testbed.estimation.losses import LOSS_SHARE, LossRule, follow, intervals
-from testbed.formats.arrays import Flags
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.records import SET
 
-Array = NDArray[np.float64]
 Tree = dict[str, Any]
 CLASSES = ("near", "light", "loaded")
 NEAR_SHARE, LIGHT_SHARE = 2.0 * LOSS_SHARE, 0.16

@@ -12,16 +12,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from testbed.benchmarks.contact_loss import floor
+from testbed.benchmarks.contact_loss import bounds
 from testbed.benchmarks.contact_loss.scenes import Scene
 from testbed.benchmarks.contact_loss.score import CLASSES, LIGHT_SHARE, NEAR_SHARE
 from testbed.benchmarks.contact_loss.warning import DEFINITIONS as WARNING_DEFINITIONS
 from testbed.benchmarks.contact_loss.warning import marks as warning_marks
 from testbed.benchmarks.contact_loss.warning import supervisor_marks
-from testbed.benchmarks.statistics import poisson, wilson
-from testbed.control.layers.supervisor import CALM_S
+from testbed.benchmarks.harness import poisson, wilson
+from testbed.control.layers import CALM_S
+from testbed.estimation.contact_losses import EARLY_S, FOUND_S, LOSS_S, LOSS_SHARE, STANDING_S
 from testbed.estimation.detectors.table import BEST
-from testbed.estimation.losses import EARLY_S, FOUND_S, LOSS_S, LOSS_SHARE, STANDING_S
 from testbed.report.page import Table
 
 Tree = dict[str, Any]
@@ -183,7 +183,7 @@ def summarise(
     also read with commissioned beliefs they stand under COMMISSIONED once more.
     """
     scenes = [s for s in every if s["scene"]["kind"] != "supervised"]
-    lowest = Followed.of(scenes, floor.NAME, chosen[floor.NAME])
+    lowest = Followed.of(scenes, bounds.FLOOR, chosen[bounds.FLOOR])
 
     def marks(scenes: Sequence[Tree]) -> Tree:
         entries = []

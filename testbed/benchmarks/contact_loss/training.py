@@ -4,13 +4,13 @@ recorded.
     testbed lab train-detector OUT --out learned.npz
 
 Each scene is seen with the drawing board's belief and, where its machine was commissioned there
-(`--commission`), once more with what that found.
-Every fortieth view of every foot is a case; its answer is whether the foot is in contact
-(estimation/losses.py). What is easy or long counts less: cases of well-loaded feet SAFE_WEIGHT, and
-a loss, however short, at least as much as LOSS_WEIGHT_S of its own cases. Noise on the views keeps
-the network from learning scenes by heart. Plain gradient descent with momentum and scale (Adam) on
-the logistic loss, in NumPy; the same scenes, the same weights. So are MEMBERS networks trained from
-different beginnings; what they answer together, their mean, is better than any of them.
+(`--commission`), once more with what that found. Every fortieth view of every foot is a case; its
+answer is whether the foot is in contact (estimation/contact_losses.py). What is easy or long counts
+less: cases of well-loaded feet SAFE_WEIGHT, and a loss, however short, at least as much as
+LOSS_WEIGHT_S of its own cases. Noise on the views keeps the network from learning scenes by heart.
+Plain gradient descent with momentum and scale (Adam) on the logistic loss, in NumPy; the same
+scenes, the same weights. So are MEMBERS networks trained from different beginnings; what they
+answer together, their mean, is better than any of them.
 """
 
 from __future__ import annotations
@@ -24,22 +24,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.contact_loss.benchmark import model_file
+from testbed.benchmarks.contact_loss.recordings import Tape, facts_of, read_tape
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene
-from testbed.benchmarks.contact_loss.tapes import Tape, facts_of, read_tape
 from testbed.errors import InputError
+from testbed.estimation.contact_losses import intervals
 from testbed.estimation.detectors.learned import (
     MEMBERS,
     NARROW_OF_ONE,
+    VIEW,
     WIDE_OF_ONE,
+    FootMemory,
     Learned,
+    ViewNumbers,
     views_over,
 )
-from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
-from testbed.estimation.losses import intervals
+from testbed.formats.arrays import Array
 from testbed.formats.networks import write_network
 from testbed.machine.names import LEGS
 
-Array = NDArray[np.float64]
 Layers = list[tuple[Array, Array]]
 EVERY = 40
 BATCH, STEP, DECAY = 1024, 3.0e-3, 1.0e-5

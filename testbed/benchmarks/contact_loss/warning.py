@@ -5,8 +5,8 @@ A warning speaks of the two seconds after it, and is judged only while there is 
 of:
 
 - the foot has been in contact for the last 0.5 s; else the alarm has spoken, and it is `late`;
-- it came true only if a loss of that foot (estimation/losses.py) begins within the 2 s; other
-  warnings are false, those whose load fell below twice the force of a loss told apart as `near`;
+- it came true only if a loss of that foot (estimation/contact_losses.py) begins within the 2 s;
+  other warnings are false; those whose load fell below twice the force of a loss are `near`;
 - every warning counts, also a second one of the same fall;
 - feet that bore LIGHT_SHARE of the nominal load in the last 2 s count; lighter feet are told apart.
 
@@ -17,23 +17,58 @@ say little that the alarm does not.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.contact_loss import warning_rule as rule
-from testbed.benchmarks.contact_loss.planned_thrust import planned_thrust
+from testbed.benchmarks.contact_loss.recordings import Tape
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, draw
 from testbed.benchmarks.contact_loss.score import CLASSES, NEAR_SHARE, Reference
-from testbed.benchmarks.contact_loss.tapes import Tape
 from testbed.benchmarks.contact_loss.warning_rule import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
-from testbed.benchmarks.statistics import wilson
-from testbed.estimation.losses import intervals
+from testbed.benchmarks.harness import wilson
+from testbed.estimation.contact_losses import intervals
+from testbed.formats.arrays import Array
 from testbed.formats.records import SET
+from testbed.scenario.tasks import Drill
+from testbed.world.drilling.drilling import ramp_share
 
-Array = NDArray[np.float64]
+# The thrust that a drill's program orders, and for how long it still rises: its controls know that
+# beforehand.
+
+
+def planned_thrust(task: object, steps: int, step_s: float) -> Array:
+    """(steps, 2): thrust ordered at the end of each step (N, + away from the slope), seconds that
+    it still rises.
+
+    Zeros for whatever is no list of phases: what a hole drilled through layers asks for, the rock
+    decides.
+    """
+    plan = np.zeros((steps, 2))
+    if not isinstance(task, Drill):
+        return plan
+    starts = list(accumulate((phase.duration_s for phase in task.phases), initial=0.0))
+    for index in range(steps):
+        plan[index, 0] = _ordered_n(task, starts, (index + 1) * step_s - task.start_s)
+    for index in range(steps - 2, -1, -1):
+        plan[index, 1] = plan[index + 1, 1] + step_s if plan[index + 1, 0] > plan[index, 0] else 0.0
+    return plan
+
+
+def _ordered_n(task: Drill, starts: list[float], since_s: float) -> float:
+    if since_s < 0.0 or (since_s >= starts[-1] and not task.repeat):
+        return 0.0
+    within = since_s % starts[-1]
+    order = bisect_right(starts, within) - 1
+    phase = task.phases[order]
+    most = getattr(phase, "feed_n", 0.0) - getattr(phase, "pull_n", 0.0)
+    return ramp_share(within - starts[order], phase.duration_s, task.ramp_s) * float(most)
+
+
 Tree = dict[str, Any]
 WITHIN_S, LEAD_S, CARRIED_S = 2.0, 0.1, 0.5
 CURVE_N = (100, 200, 280, 450, 600, 800, 1200)

@@ -16,18 +16,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from testbed.benchmarks.contact_loss.planned_thrust import planned_thrust
+from testbed.benchmarks.contact_loss.recordings import Tape, facts_of, read_tape
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, draw
 from testbed.benchmarks.contact_loss.score import NEAR_SHARE, Reference
-from testbed.benchmarks.contact_loss.tapes import Tape, facts_of, read_tape
-from testbed.benchmarks.contact_loss.warning import added_up, looked_at, means, outcome
+from testbed.benchmarks.contact_loss.warning import (
+    added_up,
+    looked_at,
+    means,
+    outcome,
+    planned_thrust,
+)
 from testbed.benchmarks.contact_loss.warning_rule import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
 from testbed.errors import InputError
 from testbed.formats.records import SET
 
-Array = NDArray[np.float64]
 CHANGES = (0.8, 1.25)
 GONE_CHANGES_N = (-150.0, 150.0)
 """Factors on a number; what the load of a foot that is gone is changed by, as it may be nothing."""

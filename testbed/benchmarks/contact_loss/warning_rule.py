@@ -30,10 +30,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.formats.records import SET, Record, part, quantity
 from testbed.machine.names import LEGS
 
-Array = NDArray[np.float64]
 BACK = 2.0
 """A warning ends once the load is back at this many times the share of what is usual."""
 STANDS_LEAST_S = 2.0

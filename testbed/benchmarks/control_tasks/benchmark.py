@@ -16,7 +16,7 @@ import numpy as np
 from testbed.benchmarks.control_tasks.episodes import best_found, episode
 from testbed.benchmarks.control_tasks.tasks import TASKS, trained
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.errors import InputError
+from testbed.errors import check_one_of
 from testbed.formats.arrays import Array
 from testbed.report.page import Table
 
@@ -52,10 +52,7 @@ class ControlTasks(Benchmark[Case]):
 
     def __post_init__(self) -> None:
         for name in self.tasks:
-            if name not in TASKS:
-                raise InputError(
-                    "no such task", field="--task", value=name, allowed=", ".join(TASKS)
-                )
+            check_one_of(name, TASKS, "--task", "no such task")
 
     def cases(self) -> Mapping[str, Case]:
         """Case by case, so that a part of them is a fair sample."""

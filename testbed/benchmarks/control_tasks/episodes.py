@@ -9,7 +9,7 @@ import math
 from functools import lru_cache
 from typing import Any
 
-from testbed.benchmarks.control_tasks.agents.base import Agent
+from testbed.benchmarks.control_tasks.agents import Agent
 from testbed.benchmarks.control_tasks.oracle import Found, search
 from testbed.benchmarks.control_tasks.tasks import Entrant, PlannedAgent, Plans, Task
 from testbed.formats.arrays import Array

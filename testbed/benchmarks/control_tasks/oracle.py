@@ -16,8 +16,7 @@ from typing import Self
 
 import numpy as np
 
-from testbed.benchmarks.control_tasks.agents.base import Readings
-from testbed.benchmarks.control_tasks.agents.keep import STEP_S, Secure
+from testbed.benchmarks.control_tasks.agents import STEP_S, Readings, Secure
 from testbed.formats.arrays import Array, Flags
 
 POPULATION, KEPT = 8, 2

@@ -7,9 +7,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol, Self
 
-from testbed.benchmarks.control_tasks.agents.base import Agent, Constant, Trained
-from testbed.benchmarks.control_tasks.agents.drill_hole import Adaptive, Drill, Reserve, action_of
-from testbed.benchmarks.control_tasks.agents.keep import Hauling, Secure, Yielding
+from testbed.benchmarks.control_tasks.agents import (
+    Adaptive,
+    Agent,
+    Constant,
+    Drill,
+    Hauling,
+    Reserve,
+    Secure,
+    Trained,
+    Yielding,
+    action_of,
+)
 from testbed.benchmarks.control_tasks.oracle import KeepPlan
 from testbed.envs import named
 from testbed.envs.drill_hole import HANDBOOK

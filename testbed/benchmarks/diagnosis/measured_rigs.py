@@ -18,11 +18,11 @@ from pathlib import Path
 
 import numpy as np
 
-from testbed.benchmarks.statistics import rms
+from testbed.benchmarks.harness import rms
 from testbed.errors import InputError
 from testbed.estimation.friction.identification import identify_rig
 from testbed.estimation.leg.force import MOVING_M_S, estimate
-from testbed.estimation.leg.signals import signals_of
+from testbed.estimation.leg.motion import signals_of
 from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording, Rig, read_rig
 from testbed.recording.leg_model import Friction, LegModel

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.marks import digest, sources
+from testbed.benchmarks.harness import digest, sources
 from testbed.formats.arrays import Array
 from testbed.scenario.scenario import Scenario
 

@@ -241,9 +241,9 @@ def force_error_n(run: Run, model: Path | None) -> float:
     """
     from testbed.estimation.live.chain import forces
     from testbed.workflows.estimate import with_body
-    from testbed.world.believed import own_belief
+    from testbed.world.believed_robot import believed_robot
 
-    believed = own_belief(build_machine(), model)
+    believed = believed_robot(build_machine(), model)
     belief = believed.legs(float(np.median(np.diff(run.data["t"]))))
     told = forces(run.data, with_body(belief, believed, run.surveyed, Path("run")))
     later = run.data["t"] > run.data["t"][0] + SETTLED_S

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from testbed.benchmarks.harness import wilson
 from testbed.benchmarks.reference_leg.rigs import answers
-from testbed.benchmarks.statistics import wilson
 
 Trial = dict[str, Any]
 BINS = 10

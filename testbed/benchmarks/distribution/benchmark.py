@@ -12,13 +12,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from testbed.benchmarks.distribution.cases import Case, Outcome, draw_cases
-from testbed.benchmarks.distribution.compare import against_table
-from testbed.benchmarks.distribution.figure import write_figure
-from testbed.benchmarks.distribution.run import ORACLE, run_case
-from testbed.benchmarks.distribution.summary import short, summarise, table
-from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.marks import PACKAGE, code, digest
+from testbed.benchmarks.distribution.run import ORACLE, Case, Outcome, draw_cases, run_case
+from testbed.benchmarks.distribution.summary import (
+    against_table,
+    short,
+    summarise,
+    table,
+    write_figure,
+)
+from testbed.benchmarks.harness import PACKAGE, Answers, Benchmark, code, digest
 from testbed.control.distribution.controllers import CONTROLLERS, controller
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.errors import InputError

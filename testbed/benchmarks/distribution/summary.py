@@ -4,14 +4,85 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from testbed.benchmarks.distribution.cases import Case, Outcome
-from testbed.benchmarks.distribution.compare import BASE, against_base
+from testbed.benchmarks.distribution.run import Case, Outcome
 from testbed.formats.arrays import Array, Flags
 from testbed.report.page import Table
+from testbed.report.style import BLUE, GREY, RC, VERMILION, WIDTH_IN
+
+# Controllers against the quadratic program, case by case: how much less friction they use, with
+# intervals.
+
+BASE = "qp"
+RESAMPLES, SPAN = 4000, (0.025, 0.975)
+
+
+def against_base(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> dict[str, Any]:
+    """Per controller and kind of case: median saving 1 - use / use of the base, its 95 % interval,
+    medians by seed.
+
+    The interval is that of the median over resampled cases. Empty without the base.
+    """
+    names = [outcome.controller for outcome in outcomes[0]]
+    if BASE not in names:
+        return {}
+    use = np.array([[outcome.friction_use for outcome in row] for row in outcomes])
+    saving = 1.0 - use / use[:, [names.index(BASE)]]
+    affected = np.array([case.affected for case in cases])
+    seeds = np.array([case.block for case in cases])
+    kinds = {"undeclared": affected, "none": ~affected}
+    return {
+        name: {
+            kind: _saving(saving[chosen, index], seeds[chosen])
+            for kind, chosen in kinds.items()
+            if chosen.any()
+        }
+        for index, name in enumerate(names)
+        if name != BASE
+    }
+
+
+def _saving(saving: Array, seeds: NDArray[np.int_]) -> dict[str, Any]:
+    rng = np.random.default_rng(0)
+    medians = np.median(saving[rng.integers(len(saving), size=(RESAMPLES, len(saving)))], axis=1)
+    return {
+        "cases": len(saving),
+        "saving_median": float(np.median(saving)),
+        "interval95": [float(end) for end in np.quantile(medians, SPAN)],
+        "by_seed": {
+            int(seed): float(np.median(saving[seeds == seed])) for seed in np.unique(seeds)
+        },
+    }
+
+
+def against_table(compared: dict[str, Any]) -> Table:
+    """The table that a person wants to see."""
+    head = [
+        "controller",
+        "undeclared effect",
+        "cases",
+        f"friction saved against {BASE}",
+        "95 % interval",
+        "by seed",
+    ]
+    body = [
+        [
+            name,
+            "one" if kind == "undeclared" else "none",
+            str(found["cases"]),
+            f"{found['saving_median']:+.1%}",
+            "{:+.1%} to {:+.1%}".format(*found["interval95"]),
+            " ".join(f"{value:+.1%}" for value in found["by_seed"].values()),
+        ]
+        for name, kinds in compared.items()
+        for kind, found in kinds.items()
+    ]
+    return Table(f"Against {BASE}", head, body)
 
 
 def summarise(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> dict[str, Any]:
@@ -110,3 +181,50 @@ def _drawn(case: Case) -> dict[str, Any]:
 def short(value: Any) -> Any:
     """A number as a table shows it; all else as it is."""
     return f"{value:.6g}" if isinstance(value, float) else value
+
+
+# The force-distribution benchmark in one picture: friction used over the oracle's, and the lowest
+# normal load.
+
+SHOWN = (-0.5, 2.0)
+"""Regret beyond this lies at the edge."""
+
+
+def write_figure(result: dict[str, Any], folder: Path) -> Path:
+    """Write DIR/distribution.png of the object of distribution.json; returns its path."""
+    import matplotlib.pyplot as plt
+
+    runs = result["runs"]
+    names = [outcome["controller"] for outcome in runs[0]]
+    use = np.array([[outcome["friction_use"] for outcome in row] for row in runs])
+    lowest = np.array([[outcome["lowest_normal_n"] for outcome in row] for row in runs])
+    regret = np.clip(use / np.maximum(use[:, -1:], 1e-6) - 1.0, *SHOWN)
+    with plt.rc_context(RC):  # type: ignore[arg-type]
+        figure, (left, right) = plt.subplots(
+            1, 2, figsize=(2 * WIDTH_IN, 0.9 + 0.42 * len(names)), sharey=True, layout="constrained"
+        )
+        for index in range(len(names)):
+            _row(left, index, 100.0 * regret[:, index])
+            _row(right, index, lowest[:, index] / 1e3)
+        left.set_yticks(
+            range(len(names)),
+            [Path(name.rpartition(":")[0] or name).stem.replace("_", " ") for name in names],
+        )
+        left.invert_yaxis()
+        left.set_xlabel(f"friction use over the oracle's [%], cut off at {100 * SHOWN[1]:.0f}")
+        right.set_xlabel("lowest normal load of any foot [kN]")
+        figure.suptitle(
+            f"{len(runs)} cases: each a dot; median and 5 to 95 %", x=0.01, ha="left", fontsize=9
+        )
+        path = folder / "distribution.png"
+        figure.savefig(path, dpi=110)
+        plt.close(figure)
+    return path
+
+
+def _row(axes: Any, row: int, values: Any) -> None:
+    spread = row + 0.28 * (np.random.default_rng(row).random(len(values)) - 0.5)
+    axes.plot(values, spread, ".", ms=4.5, color=GREY, alpha=0.55, mew=0)
+    low, middle, high = np.quantile(values, [0.05, 0.5, 0.95])
+    axes.plot([low, high], [row, row], "-", color=BLUE, lw=1.4)
+    axes.plot([middle], [row], "o", ms=5, color=VERMILION)

@@ -11,15 +11,14 @@ from typing import Any
 from testbed.benchmarks.estimators.page import page, table, targets
 from testbed.benchmarks.estimators.scores import result, scores
 from testbed.benchmarks.estimators.trials import DITHERED, JUDGE, LIARS, Trial, simulate
-from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.marks import code, digest
-from testbed.errors import InputError
+from testbed.benchmarks.harness import Answers, Benchmark, code, digest
+from testbed.errors import check_one_of
 from testbed.estimation.estimator import estimator_of
 from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.formats.sockets import split_user_class
 from testbed.machine.build import build_machine
 from testbed.report.page import Table
-from testbed.world.believed import OwnBelief
+from testbed.world.believed_robot import BelievedRobot
 
 RUNS = (*JUDGE, *DITHERED, *LIARS)
 """The runs that results come from."""
@@ -47,10 +46,7 @@ class Estimators(Benchmark[Trial]):
     def __post_init__(self) -> None:
         known = dict.fromkeys(trial.kind for trial in RUNS)
         for kind in self.kinds:
-            if kind not in known:
-                raise InputError(
-                    "no such kind of run", field="--kind", value=kind, allowed=", ".join(known)
-                )
+            check_one_of(kind, known, "--kind", "no such kind of run")
         for name in self.own:
             split_user_class(name, field="--estimator")
             estimator_of(name, "--estimator")
@@ -69,7 +65,7 @@ class Estimators(Benchmark[Trial]):
 
     def work(self, case: Trial) -> dict[str, Any]:
         """The run's scores, which add up with those of other runs."""
-        believed = OwnBelief(build_machine(), sure=Uncertainty(case.draw))
+        believed = BelievedRobot(build_machine(), sure=Uncertainty(case.draw))
         return {
             "name": case.name,
             "kind": case.kind,

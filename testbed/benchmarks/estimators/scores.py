@@ -29,7 +29,7 @@ from testbed.formats.intervals import Z90
 from testbed.formats.sockets import user_code
 from testbed.machine.names import LEGS
 from testbed.robot.model import RobotModel
-from testbed.world.believed import OwnBelief
+from testbed.world.believed_robot import BelievedRobot
 
 Scores = dict[str, dict[str, dict[str, Any]]]
 MOVING_M_S, SLOW_M_S = 3e-3, 5e-3
@@ -70,7 +70,7 @@ APART = ("dither", "still", "liar")
 WHOLE, FLOOR, ALONE = "own: all, robust", "floor", "alone"
 
 
-def scores(series: Series, believed: OwnBelief, own: Iterable[str] = ()) -> Scores:
+def scores(series: Series, believed: BelievedRobot, own: Iterable[str] = ()) -> Scores:
     """Sums of one run: estimator -> category -> sums. `own`: classes of the user's own,
     FILE.py:Class.
     """

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.filters.rivals import OWN, RIVALS, Filter
-from testbed.benchmarks.filters.scenes import NOISE_N, RATE_HZ, SCENES, scene
+from testbed.benchmarks.filters.rivals import NOISE_N, OWN, RATE_HZ, RIVALS, SCENES, Filter, scene
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.formats.arrays import Array
 from testbed.report.page import Table

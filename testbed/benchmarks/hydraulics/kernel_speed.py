@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.benchmarks.harness import rms
 from testbed.benchmarks.hydraulics.reference import (
     N_AXIS,
     Amplifiers,
@@ -21,12 +22,11 @@ from testbed.benchmarks.hydraulics.reference import (
     machine_of_both,
     pack,
 )
-from testbed.benchmarks.statistics import rms
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
-from testbed.scenario.world_parts import Rates
+from testbed.scenario.parts import Rates
 from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
 

@@ -19,10 +19,10 @@ from testbed.compiled import njit
 from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.model import Machine
-from testbed.machine.sets import SetName
+from testbed.machine.provenance import SetName
 
 if TYPE_CHECKING:
-    from testbed.benchmarks.hydraulics.manoeuvres import Manoeuvre
+    from testbed.benchmarks.hydraulics.benchmark import Manoeuvre
 
 P0, PV, CM3 = 1.0e5, 1.0e3, 1.0e-6
 SET: SetName = "original"

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.benchmarks.harness import Answers, Benchmark, rms
 from testbed.benchmarks.machines.runs import (
     ABLATIONS,
     BOARD,
@@ -32,7 +32,6 @@ from testbed.benchmarks.machines.runs import (
     recorder,
     scores,
 )
-from testbed.benchmarks.statistics import rms
 from testbed.errors import InputError
 from testbed.formats.files import read_json, write_json
 from testbed.report.page import Table

@@ -30,10 +30,10 @@ from numpy.typing import NDArray
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import replay_rows
 from testbed.estimation.live.wrench import foot_point, other_wrench, view_of
+from testbed.formats.arrays import Array
 from testbed.formats.records import SET
 from testbed.machine.names import LEGS
 
-Array = NDArray[np.float64]
 STEP_S, NODES = 0.02, 4
 CONE = 1.0
 """Friction that ground may have at most (E)."""

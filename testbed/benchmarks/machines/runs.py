@@ -21,6 +21,7 @@ from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, without
 from testbed.estimation.live.chain import replay_rows
 from testbed.estimation.live.uncertainty import Uncertainty
+from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90
 from testbed.machine.names import LEGS
 from testbed.recording.leg_model import EffectEntry
@@ -28,12 +29,11 @@ from testbed.recording.robot_model import write_robot_model
 from testbed.robot.robot import Robot
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
-from testbed.simulation.truth_machine import truth_machine
+from testbed.simulation.run_folder import truth_machine
 from testbed.workflows.commission import believed, stages
-from testbed.world.believed import OwnBelief, own_belief
+from testbed.world.believed_robot import BelievedRobot, believed_robot
 from testbed.world.undeclared import hidden_of
 
-Array = NDArray[np.float64]
 RAISE = "task={kind: raise, start_s: 2, to_m: 0.35, step_m: 0.03, every_s: 4, speed_m_s: 0.02}"
 TASKS: dict[str, tuple[str, tuple[str, ...]]] = {
     "stand": ("stand_slope_45", ("duration_s=20",)),
@@ -132,7 +132,7 @@ def draw_changes(draw: str, seed: int) -> tuple[str, str]:
     return f"machine.draw={draw}", f"machine.seed={seed}"
 
 
-def truth_as_belief(scenario: Scenario) -> OwnBelief:
+def truth_as_belief(scenario: Scenario) -> BelievedRobot:
     """All of the scenario's machine that a belief can hold, believed exactly."""
     machines = machines_of(scenario)
     hidden = machines.drawn.undeclared
@@ -145,18 +145,18 @@ def truth_as_belief(scenario: Scenario) -> OwnBelief:
         for entry in hidden
         if by_name(entry.effect).live
     )
-    return OwnBelief(machines.truth, None, cylinders, hidden_of(hidden), sure=Uncertainty(None))
+    return BelievedRobot(machines.truth, None, cylinders, hidden_of(hidden), sure=Uncertainty(None))
 
 
-def beliefs(scenario: Scenario, model: Path | None) -> dict[str, OwnBelief]:
+def beliefs(scenario: Scenario, model: Path | None) -> dict[str, BelievedRobot]:
     """What the robot may believe: by name; `model`: what its commissioning found."""
     board = machines_of(scenario).belief
     found = {
         PERFECT: truth_as_belief(scenario),
-        BOARD: own_belief(board, None, scenario.tolerances),
+        BOARD: believed_robot(board, None, scenario.tolerances),
     }
     if model is not None:
-        found[COMMISSIONED] = own_belief(board, model, scenario.tolerances)
+        found[COMMISSIONED] = believed_robot(board, model, scenario.tolerances)
     return found
 
 
@@ -212,7 +212,7 @@ def truth_of(scenario: Scenario) -> dict[str, Any]:
 
 
 def chain_belief(
-    own: OwnBelief, scenario: Scenario, ropes: Array, tuning: OwnTuning | None = None
+    own: BelievedRobot, scenario: Scenario, ropes: Array, tuning: OwnTuning | None = None
 ) -> Believed:
     """What the estimators' chain is built from; ropes (2, 3): surveyed directions, world frame."""
     belief = own.legs(1.0 / scenario.rates.estimator_hz)

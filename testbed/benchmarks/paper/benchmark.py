@@ -9,10 +9,10 @@ from typing import Any, cast
 
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.benchmarks.paper.experiment import Experiment, described, told
-from testbed.benchmarks.paper.machine import of_set
+from testbed.benchmarks.paper.leg import of_set
 from testbed.benchmarks.paper.page import page, table
 from testbed.errors import InputError
-from testbed.machine.sets import DEFAULT, SET_NAMES, SetName
+from testbed.machine.provenance import DEFAULT, SET_NAMES, SetName
 from testbed.report.page import Table
 
 TABLES = {"II": "4", "III": "8", "IV": "12"}

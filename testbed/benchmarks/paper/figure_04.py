@@ -7,11 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.estimators.calibration_trials import inside
-from testbed.benchmarks.estimators.identification_trials import KNOWN, recording_of
+from testbed.benchmarks.estimators.identification_trials import KNOWN, inside, recording_of
 from testbed.benchmarks.paper.experiment import Line, Result
-from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, run
-from testbed.benchmarks.paper.machine import chosen
+from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, chosen, run
 from testbed.estimation.calibration import A_SD, B_SD_V, Calibrated, calibrate
 from testbed.formats.arrays import Array
 from testbed.machine.names import GRAVITY_M_S2, LEGS

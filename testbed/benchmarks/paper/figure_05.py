@@ -11,7 +11,7 @@ from testbed.benchmarks.estimators.identification_trials import KNOWN
 from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.figure_04 import K_PA_PER_V
 from testbed.benchmarks.paper.figure_06 import at_the_cell
-from testbed.benchmarks.paper.machine import chosen
+from testbed.benchmarks.paper.leg import chosen
 from testbed.formats.arrays import Array
 from testbed.formats.checked import checked
 from testbed.machine.names import LEGS

@@ -13,8 +13,7 @@ from testbed.benchmarks.paper.figure_04 import (
     press,
     straight_line,
 )
-from testbed.benchmarks.paper.leg import MASS_KG, Trace, run, sinusoid
-from testbed.benchmarks.paper.machine import once_per_machine
+from testbed.benchmarks.paper.leg import MASS_KG, Trace, once_per_machine, run, sinusoid
 from testbed.formats.arrays import Array
 from testbed.machine.names import GRAVITY_M_S2
 

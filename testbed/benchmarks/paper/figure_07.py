@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.benchmarks.estimators.identification_trials import friction_force
+from testbed.benchmarks.harness import rms
 from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.figure_06 import WEIGHT_N, calibrated_n, in_the_air
 from testbed.benchmarks.paper.figure_08 import identified, velocity
 from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ
-from testbed.benchmarks.statistics import rms
 from testbed.estimation.leg.motion import smooth
 
 

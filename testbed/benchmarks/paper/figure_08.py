@@ -16,8 +16,7 @@ from testbed.benchmarks.estimators.identification_trials import (
 )
 from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.figure_06 import in_the_air
-from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, run
-from testbed.benchmarks.paper.machine import chosen, once_per_machine
+from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, chosen, once_per_machine, run
 from testbed.estimation.friction.identification import Identification, identify
 from testbed.estimation.friction.posterior import curve
 from testbed.estimation.leg.motion import smooth

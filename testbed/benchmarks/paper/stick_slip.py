@@ -27,9 +27,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from testbed.benchmarks.paper.leg import COLD_DEGC, MASS_KG, run
+from testbed.benchmarks.paper.leg import COLD_DEGC, MASS_KG, chosen, run
 from testbed.benchmarks.paper.leg import RATE_HZ as RATE
-from testbed.benchmarks.paper.machine import chosen
 from testbed.formats.arrays import Array
 from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
 from testbed.machine.model import Machine

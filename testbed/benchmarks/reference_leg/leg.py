@@ -308,9 +308,8 @@ def simulate(
 ) -> Array:
     """One recording: rows of COLUMNS at the sampling instants, shape (n, 7).
 
-    `leg`: the record of `parameters`.
-    `target`, `target_rate`: desired position m and speed m/s a sample; `temperature`: oil, degC a
-    sample.
+    `leg`: the record of `parameters`. `target`, `target_rate`: desired position m and speed m/s a
+    sample; `temperature`: oil, degC a sample.
     """
     p = leg[0]
     n = len(target)

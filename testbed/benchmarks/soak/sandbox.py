@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 from typing import IO
 
-from testbed.errors import InputError, SimulationFault, unwritten
+from testbed.errors import InputError, SimulationFault, disk_refusal
 
 LIMIT_S, WAITED = 180.0, 5.0
 """What takes more processor time hangs; so does what takes so many times as long on the clock."""
@@ -145,7 +145,7 @@ def _do(work: Work, said: IO[bytes]) -> int:
 
 def _told(error: BaseException) -> int:
     """What a piece of work that is no command raised, as a command would tell it; exit status."""
-    error = unwritten(error) or error
+    error = disk_refusal(error) or error
     if isinstance(error, InputError | SimulationFault):
         line, status = str(error), 2 if isinstance(error, InputError) else 1
     else:

@@ -8,9 +8,13 @@ does not count. Full: the scenario `drill_slope_45` while it drills, everything 
 
 from __future__ import annotations
 
+import json
 import statistics
+import subprocess
+import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,8 +35,7 @@ def bench(rounds: int = ROUNDS, steps: int = STEPS) -> dict[str, Any]:
     """All figures; times in microseconds per 1 ms step (medians over rounds), ratios are medians of
     paired ratios.
     """
-    from testbed.benchmarks.speed.environments import against_bare, resets
-    from testbed.benchmarks.speed.parts import fresh_process
+    from testbed.benchmarks.speed.bench import against_bare, fresh_process, resets
 
     flat = _drilling(())
     rough = _drilling(ROUGH)
@@ -180,3 +183,113 @@ def _parts(world: Any, steps: int) -> dict[str, float]:
     out["expected_us"] /= world._schedule.expected
     out["sensors_us"] += out.pop("noise_us") / SAMPLES
     return out
+
+
+# Speed figures that need a process of their own.
+
+_FRESH = """
+import json, sys, time
+start = float(sys.argv[1])
+from testbed.scenario.scenario import load_scenario
+from testbed.world.simulation import Simulation
+world = Simulation(load_scenario("drill_slope_45", duration=10.0))
+world.run_block(1)
+first = time.time() - start
+for _ in range(2):
+    world.run_block(1000)
+from testbed.benchmarks.speed.bench import peak_memory_mb
+print(json.dumps([first, peak_memory_mb()]))
+"""
+
+
+def peak_memory_mb() -> float:
+    """Most memory that this process has held, MB.
+
+    Not ru_maxrss where it can be helped: Linux hands a parent's peak on to the process that it
+    starts.
+    """
+    try:
+        status = Path("/proc/self/status").read_text()
+        return float(status.partition("VmHWM:")[2].split()[0]) / 1024.0
+    except (OSError, IndexError):
+        import resource
+
+        peak = float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+        return peak / (2.0**20 if sys.platform == "darwin" else 1024.0)
+
+
+def fresh_process() -> dict[str, float]:
+    """Seconds from the start of a process to its first step (kernels cached) and its peak memory
+    after 2 s, MB.
+    """
+    out = subprocess.run(
+        [sys.executable, "-c", _FRESH, repr(time.time())],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    first, memory = json.loads(out.strip().splitlines()[-1])
+    return {"first_step_s": first, "memory_mb": memory}
+
+
+# How fast the environments step, against the bare engine, and how fast they begin anew.
+
+DRILL = "Roboclimber/Drill-v0"
+KEEP = "Roboclimber/Keep-v0"
+STEP_MS = 20
+
+
+def against_bare(rounds: int = 9, steps: int = 50, name: str = DRILL) -> dict[str, float]:
+    """Environment steps a second over what the bare engine would reach, both on processor time,
+    taking turns.
+
+    `ratio` is the median over rounds of (bare engine's time for the same simulated time) /
+    (environment's time).
+    """
+    from testbed import envs
+
+    env = envs.make(name, duration_s=3600.0)
+    env.reset(seed=0)
+    still = np.zeros(env.action_space.shape or (), dtype=np.float32)
+    bare = bare_engine(())
+    for _ in range(steps):
+        env.step(still)
+    full, lone = [], []
+    for _ in range(rounds):
+        start = time.thread_time()
+        for _ in range(steps * STEP_MS):
+            bare.step()
+        lone.append(time.thread_time() - start)
+        start = time.thread_time()
+        for _ in range(steps):
+            env.step(still)
+        full.append(time.thread_time() - start)
+    env.close()
+    bare.close()
+    return {
+        "env_steps_per_s": steps / statistics.median(full),
+        "bare_steps_per_s": steps / statistics.median(lone),
+        "ratio": statistics.median(b / whole for b, whole in zip(lone, full, strict=True)),
+    }
+
+
+def resets(draws: int = 9, again: int = 15, name: str = KEEP) -> dict[str, float]:
+    """Processor time of a reset, s, medians: `draw_s` with a new drawn machine, `same_machine_s`
+    back at the beginning with other noise.
+    """
+    from testbed import envs
+
+    env = envs.make(name)
+    env.reset(seed=0)
+    found: dict[str, list[float]] = {"draw_s": [], "same_machine_s": []}
+    for times, count, options in (
+        (found["draw_s"], draws, {}),
+        (found["same_machine_s"], again, {"same_machine": True}),
+    ):
+        for _ in range(count):
+            start = time.thread_time()
+            env.reset(options=options)
+            times.append(time.thread_time() - start)
+            env.step(np.zeros(env.action_space.shape or (), dtype=np.float32))
+    env.close()
+    return {key: statistics.median(times) for key, times in found.items()}

@@ -16,7 +16,7 @@ import numpy as np
 from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
-from testbed.control.observed import Observed
+from testbed.control.gait import Observed
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS, SIDES
 from testbed.machine.scale import ROBOCLIMBER, Scale
@@ -118,9 +118,8 @@ class Corrected(Quadratic):
         wanted[NORMALS] += more[: len(LEGS)]
         wanted[ROPES] = np.maximum(wanted[ROPES] + more[len(LEGS) :], 0.0)
         beyond = wanted - plan.forces
-        wanted[:FEET] -= self._borne(now) @ (
-            now.balance @ beyond
-        )  # the feet take what would move the body
+        # The feet take what would move the body.
+        wanted[:FEET] -= self._borne(now) @ (now.balance @ beyond)
         return replace(plan, forces=wanted)
 
     def _borne(self, now: Balance) -> Array:

@@ -20,18 +20,119 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from time import thread_time
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from testbed.control.command import Command, SetPoints
-from testbed.control.distribution.squeeze import add_pull, add_squeeze, squeezing
+from testbed.compiled import njit
 from testbed.control.distribution.statics import FEET, UNKNOWNS, Balance, Statics
-from testbed.control.measured import Measured
+from testbed.control.gait import Command, Measured, SetPoints
+from testbed.control.layers import Hauling, haul, hauling
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.formats.sockets import numbers_of
 from testbed.machine.names import LEGS
+from testbed.machine.scale import Scale
+
+# From errors of the forces to rates: how fast joints squeeze and ropes are hauled, compiled. See
+# distribution.py.
+
+
+TOLERANCE: Array = np.tile([21.0, 49.0, 42.0], len(LEGS))
+"""Joint force errors that are left alone, N m, N, N (E): a tenth of the joints' sliding
+friction.
+"""
+GAIN_1_S = 1.8
+"""Share of an error of the joint forces that is taken off in a second (E)."""
+EDGE_START: Array = np.tile([5.0e-3, 1.0e-3, 5.0e-4], len(LEGS))
+"""First guess of the speed that the valves' dead bands swallow, rad/s, m/s, m/s (E)."""
+EDGE_GROWTH_1_S = 1.5
+"""Growth of that speed, in first guesses a second, while nothing comes (E)."""
+EDGE_LIMIT = 6.0
+"""Most of it, in first guesses (E)."""
+SPEED_LIMIT: Array = np.tile([2.5e-2, 5.0e-3, 4.0e-3], len(LEGS))
+"""Fastest squeezing, rad/s, m/s, m/s (E)."""
+HANGING_SHARE = 0.25
+"""A foot that has less than this share of its load hangs, and seeks the ground: in the air no force
+tells it (E).
+"""
+SEEK_M_S = 2.0e-3
+"""Speed at which a hanging foot seeks the ground (E)."""
+PULL_SLEW_N_S = 4000.0
+"""Fastest change of a wanted pull (E)."""
+
+
+class InternalForceState(NamedTuple):
+    """These numbers for one machine."""
+
+    tolerance: Any
+    edge_start: Any
+    speed_limit: Any
+    seek_m_s: float
+    pull_slew_n_s: float
+    hauling: Hauling
+
+
+def internal_force_state(scale: Scale) -> InternalForceState:
+    """Those of a machine of this size."""
+    speeds = np.tile([1.0 / scale.speed, scale.speed, scale.speed], len(LEGS))
+    return InternalForceState(
+        np.tile([scale.moment, scale.force, scale.force], len(LEGS)) * TOLERANCE,
+        speeds * EDGE_START,
+        speeds * SPEED_LIMIT,
+        scale.speed * SEEK_M_S,
+        scale.force / scale.speed * PULL_SLEW_N_S,
+        hauling(scale),
+    )
+
+
+@njit
+def add_pull(
+    wanted: Any, tension: Any, dt: float, by: InternalForceState, pull: Any, rates: Any
+) -> None:
+    """Let `pull` (2) follow what is wanted (2), N; add to the ropes' rates (2) what brings the
+    tensions (2) there.
+    """
+    step = by.pull_slew_n_s * dt
+    for index in range(pull.shape[0]):
+        pull[index] += min(max(wanted[index] - pull[index], -step), step)
+    haul(tension, pull, by.hauling, rates)
+
+
+@njit
+def add_internal_force(
+    force: Any,
+    compliance: Any,
+    felt: Any,
+    wanted: Any,
+    dt: float,
+    by: InternalForceState,
+    edges: Any,
+    rates: Any,
+) -> None:
+    """Add to the joints' rates (12) what takes `force` (12) off them, and what lets hanging feet
+    seek the ground.
+
+    compliance (12) of the joints; felt, wanted (14): forces in the order of Statics' unknowns;
+    edges (2, 12): in first guesses, and -1, 0, 1 as the side, of the last tick, brought up to date.
+    """
+    edge, side = edges[0], edges[1]
+    for index in range(rates.shape[0]):
+        size = abs(force[index])
+        now = 0.0 if size < by.tolerance[index] else 1.0 if force[index] > 0.0 else -1.0
+        if now != 0.0 and now == side[index]:
+            edge[index] = min(edge[index] + EDGE_GROWTH_1_S * dt, EDGE_LIMIT)
+        else:
+            edge[index] = max(1.0, 1.0 if now == 0.0 else 0.7 * edge[index])
+        side[index] = now
+        rates[index] += now * min(
+            GAIN_1_S * compliance[index] * size + edge[index] * by.edge_start[index],
+            by.speed_limit[index],
+        )
+    for leg in range(len(LEGS)):
+        if felt[3 * leg] < HANGING_SHARE * wanted[3 * leg]:
+            rates[3 * leg + 2] += by.seek_m_s
+
 
 HIDDEN: Array = np.tile([60.0, 350.0, 150.0], len(LEGS))
 """What friction hides of the joints' forces, one standard deviation, N m, N, N (E); the vertical
@@ -83,7 +184,7 @@ class Distribution:
         self._pull: Array | None = None
         self._edges = np.array([np.ones(FEET), np.zeros(FEET)])
         scale = statics.scale
-        self._squeezing = squeezing(scale)
+        self._internal_force = internal_force_state(scale)
         self._hidden = HIDDEN * np.tile([scale.moment, scale.force, scale.force], len(LEGS))
         self._inner = self._jacobian = self._whole = self._balanced = np.empty(0)
 
@@ -103,14 +204,16 @@ class Distribution:
         if plan.feasible:
             rope_rates = rope_rates.copy()
             wanted, felt = plan.forces[FEET:], now.measured[FEET:]
-            add_pull(wanted, felt, dt, self._squeezing, self._pull, rope_rates)
+            add_pull(wanted, felt, dt, self._internal_force, self._pull, rope_rates)
             if command.stance.all():
-                begin, rates = self._squeezed(plan, now, dt, begin, rates, measured.position)
+                begin, rates = self._with_internal_force(
+                    plan, now, dt, begin, rates, measured.position
+                )
         return replace(
             command, joints=begin + rates * dt, joint_rates=rates, rope_rates_m_s=rope_rates
         )
 
-    def _squeezed(
+    def _with_internal_force(
         self, plan: Plan, now: Balance, dt: float, begin: Array, rates: Array, position: Array
     ) -> tuple[Array, Array]:
         """Set points (12) and rates (12) that keep the body's motion and squeeze the feet as
@@ -120,8 +223,8 @@ class Distribution:
         measured_n = now.measured  # as it is: a mean over 30 ms makes the loop hunt
         force = np.asarray(self._jacobian.T @ (self._balanced @ (measured_n - plan.forces)))
         rates = rates.copy()
-        by, edges = self._squeezing, self._edges
-        add_squeeze(force, now.compliance, measured_n, plan.forces, dt, by, edges, rates)
+        by, edges = self._internal_force, self._edges
+        add_internal_force(force, now.compliance, measured_n, plan.forces, dt, by, edges, rates)
         return position + self._whole @ (begin - position), rates
 
     def _look_at_posture(self, now: Balance) -> None:

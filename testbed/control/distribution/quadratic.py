@@ -8,9 +8,8 @@ friction is.
 Forces in units of the load. `doubt` is what joints at rest hide of a tangential force: it keeps a
 foot from living on a few hundred newtons that nobody can be sure of. `taken` is what a surge of the
 thrust would take off a foot (none here). As s is sought and not given, no coefficient of friction
-has to be believed, and a plan within the cones is found
-where there is one: the doubt is given up as s passes what poor rock holds, the lowest load where it
-cannot be had.
+has to be believed, and a plan within the cones is found where there is one: the doubt is given up
+as s passes what poor rock holds, the lowest load where it cannot be had.
 
 s * n is not linear: it is taken about the last plan; the plans of following ticks converge.
 use_program.py turns it into the arrays that daqp solves.
@@ -25,7 +24,7 @@ import numpy as np
 
 from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
-from testbed.control.distribution.use_program import About, LastPlan, UseProgram, highest_use
+from testbed.control.distribution.use_program import LastPlan, ProgramScale, UseProgram, highest_use
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
 
@@ -171,12 +170,12 @@ class Quadratic:
         )
         return np.asarray(found[:UNKNOWNS] * scale)
 
-    def _about(self, last: _Last, scale: float, now: Balance) -> About:
+    def _about(self, last: _Last, scale: float, now: Balance) -> ProgramScale:
         """|t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken), about the last plan's s_0 and
         n_0.
         """
         tangential = max(sum(last.normals.tolist()) / len(LEGS), 0.02) ** -2
-        return About(
+        return ProgramScale(
             scale=scale,
             lowest=now.scale.force * LOWEST_NORMAL_N * last.lowest / scale,
             highest_pull=now.rope_rating_n / scale,

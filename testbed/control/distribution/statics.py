@@ -12,16 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.control.measured import Measured
+from testbed.control.gait import Measured
 from testbed.formats.arrays import Array, Flags
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.linkage import Linkages
-from testbed.robot.loads.compliance import OilColumns
-from testbed.robot.loads.drill_loads import known_wrench
-from testbed.robot.loads.foot_loads import drill_wrench, point_wrench
+from testbed.robot.loads.foot_loads import OilColumns, drill_wrench, known_wrench, point_wrench
 from testbed.robot.model import RobotModel, attitude_gravity
 
 FEET = 3 * len(LEGS)

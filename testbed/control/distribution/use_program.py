@@ -34,7 +34,7 @@ LEAST_NORMAL = 0.02
 """The program is made about no smaller normal force of a foot, in units of the load."""
 
 
-class About(NamedTuple):
+class ProgramScale(NamedTuple):
     """What a program is made about and bounded by; forces in units of the load."""
 
     scale: float
@@ -115,7 +115,7 @@ class UseProgram:
         self._sides = sides
         self._arrays = Arrays.of(len(sides) + JOINTS + WRENCH)
 
-    def solve(self, now: Balance, last: LastPlan, about: About) -> Array | None:
+    def solve(self, now: Balance, last: LastPlan, about: ProgramScale) -> Array | None:
         """The best (15,), or None if there is none."""
         facts = Facts(
             now.balance, now.load, now.joint_map, now.held, now.lowest, now.highest, now.stance

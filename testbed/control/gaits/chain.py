@@ -14,10 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from testbed.control.command import Command
-from testbed.control.gait import BelievedStart, Gait, Layered
+from testbed.control.gait import BelievedStart, Command, Gait, Layered, Measured
 from testbed.control.gaits.crawl.gait import CrawlGait
-from testbed.control.measured import Measured
 from testbed.machine.names import SIDES
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.events import Event, Stop, Turn

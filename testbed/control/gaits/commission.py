@@ -15,9 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from testbed.control.command import Command
-from testbed.control.gait import BelievedStart
-from testbed.control.measured import Measured
+from testbed.control.gait import BelievedStart, Command, Measured
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
 from testbed.machine.scale import ROBOCLIMBER, Scale
@@ -57,7 +55,7 @@ PULL_S, MOVE_M = 2.0, 0.03
 
 
 @dataclass(frozen=True)
-class Key:
+class KeyPose:
     """Where body and feet are to be at a time; between two keys they go steadily."""
 
     t: float
@@ -69,7 +67,7 @@ class Key:
     pull_m: tuple[float, float] = (0.0, 0.0)
     """Rope taken in beyond what the body's way asks for, left and right."""
 
-    def longer(self, factor: float) -> Key:
+    def longer(self, factor: float) -> KeyPose:
         """The same with ways that are longer by a factor."""
         x, y, z = (factor * way for way in self.body_m)
         fl, fr, rl, rr = (factor * way for way in self.lift_m)
@@ -123,7 +121,7 @@ def duration_s(task: Commission, scale: Scale = ROBOCLIMBER, on_ropes: bool = Fa
     return program(task, scale, on_ropes)[-1].t + REST_S
 
 
-def program(task: Commission, scale: Scale = ROBOCLIMBER, on_ropes: bool = False) -> list[Key]:
+def program(task: Commission, scale: Scale = ROBOCLIMBER, on_ropes: bool = False) -> list[KeyPose]:
     """The programme as keys, in order; its ways are as long as the machine is large, its times
     stay.
     """
@@ -133,10 +131,10 @@ def program(task: Commission, scale: Scale = ROBOCLIMBER, on_ropes: bool = False
     return [key.longer(scale.length) for key in keys]
 
 
-def _pulling(task: Commission) -> list[Key]:
+def _pulling(task: Commission) -> list[KeyPose]:
     """On four feet and two ropes."""
     on, none = (True,) * 4, (0.0,) * 4
-    keys = [Key(task.start_s, (0.0, 0.0, 0.0), none, on)]
+    keys = [KeyPose(task.start_s, (0.0, 0.0, 0.0), none, on)]
     ways = (
         (0, 0, 1),
         (0, 0, -1),
@@ -149,18 +147,20 @@ def _pulling(task: Commission) -> list[Key]:
         (0, 0, 0),
     )
     for pull in (*PULLS_M, (0.0, 0.0)):
-        keys.append(Key(keys[-1].t + PULL_S, (0.0, 0.0, 0.0), none, on, pull_m=pull))
+        keys.append(KeyPose(keys[-1].t + PULL_S, (0.0, 0.0, 0.0), none, on, pull_m=pull))
         for way in ways:
             goal = MOVE_M * np.array(way)
             seconds = float(np.linalg.norm(goal - keys[-1].body_m)) / SPEED_M_S
             x, y, z = goal.tolist()
-            keys.append(Key(keys[-1].t + max(seconds, REST_S), (x, y, z), none, on, pull_m=pull))
+            keys.append(
+                KeyPose(keys[-1].t + max(seconds, REST_S), (x, y, z), none, on, pull_m=pull)
+            )
     return keys
 
 
-def _lifting(task: Commission) -> list[Key]:
+def _lifting(task: Commission) -> list[KeyPose]:
     """Without ropes, on level ground."""
-    keys = [Key(task.start_s, (0.0, 0.0, 0.0), (0.0,) * 4, (True,) * 4)]
+    keys = [KeyPose(task.start_s, (0.0, 0.0, 0.0), (0.0,) * 4, (True,) * 4)]
 
     def go(
         seconds: float,
@@ -172,7 +172,7 @@ def _lifting(task: Commission) -> list[Key]:
         x, y, z = body.tolist()
         fl, fr, rl, rr = lift.tolist()
         stance = (leg != 0, leg != 1, leg != 2, leg != 3)
-        keys.append(Key(keys[-1].t + seconds, (x, y, z), (fl, fr, rl, rr), stance, swing))
+        keys.append(KeyPose(keys[-1].t + seconds, (x, y, z), (fl, fr, rl, rr), stance, swing))
 
     nought, none = np.zeros(3), np.zeros(4)
     for leg in range(len(LEGS)):

@@ -8,9 +8,8 @@ import numpy as np
 
 from testbed.diagnosis.leg.points import Point
 from testbed.diagnosis.leg.problem import Problem
-from testbed.estimation.leg.balance import corrected, force_terms, without_friction_n
+from testbed.estimation.leg.balance import corrected, force_terms, friction_n, without_friction_n
 from testbed.estimation.leg.force import narrow_band
-from testbed.estimation.leg.friction import friction_n
 from testbed.formats.intervals import Z90
 from testbed.recording.leg_model import EffectEntry
 

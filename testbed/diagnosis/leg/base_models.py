@@ -22,10 +22,10 @@ from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series
 from testbed.effects import of_declared
 from testbed.effects.base import Active
-from testbed.effects.fitting import Coordinate
+from testbed.effects.terms import Coordinate
 from testbed.errors import InputError
+from testbed.estimation.friction.declared_numbers import MOST
 from testbed.estimation.friction.evidence import check_opposes
-from testbed.estimation.friction.undeclared import MOST
 from testbed.estimation.leg.balance import corrected, force_terms, without_friction_n
 from testbed.estimation.leg.flow import SMOOTH_DROP_PA, Edge
 from testbed.recording.axis import Rig

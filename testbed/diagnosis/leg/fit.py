@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.leg.points import STRAIGHT, Point, point, start_vector
 from testbed.diagnosis.leg.problem import Problem
-from testbed.effects.fitting import Coordinate
+from testbed.effects.terms import Coordinate
 from testbed.recording.leg_model import LegModel
 
 Array = npt.NDArray[np.float64]

@@ -15,7 +15,7 @@ from testbed.diagnosis.leg.noise import grain, rounding_left, white_noise
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import BIN, Series
 from testbed.estimation.leg.force import estimate
-from testbed.estimation.leg.signals import WIDTH_S, signals_of
+from testbed.estimation.leg.motion import WIDTH_S, signals_of
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import Friction, LegModel
 

@@ -14,8 +14,7 @@ from testbed.diagnosis.leg.points import restarted
 from testbed.diagnosis.leg.problem import Problem
 from testbed.effects import OF_A_CYLINDER
 from testbed.effects.base import Active, Effect
-from testbed.effects.fitting import Coordinate
-from testbed.effects.terms import Values
+from testbed.effects.terms import Coordinate, Values
 
 Array = npt.NDArray[np.float64]
 MOST_STARTS = 2

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.leg.fit import Fit, normal_equations
 from testbed.diagnosis.leg.problem import Problem
-from testbed.effects.fitting import Coordinate
+from testbed.effects.terms import Coordinate
 
 Array = npt.NDArray[np.float64]
 RIDGE = 1e-8

@@ -16,11 +16,11 @@ from testbed.estimation.cylinder import (
     EXTENDING,
     RETRACTING,
     Conditions,
-    fading,
     friction_value,
     stribeck_of,
+    stribeck_share,
 )
-from testbed.estimation.leg.friction import conditions_over
+from testbed.estimation.leg.balance import conditions_over
 from testbed.recording.leg_model import Friction
 
 Array = npt.NDArray[np.float64]
@@ -119,6 +119,6 @@ def binned_columns(rows: PlainRows, width: int) -> Array:
             share = -1.0 / (1.0 + way * rows.load_coefficient) if force > 0.0 else -1.0
             out[index, column] += share * thin * speed
             out[index, column + 1] += share * way * scale
-            out[index, column + 2] += share * way * fading(abs(speed), side)
+            out[index, column + 2] += share * way * stribeck_share(abs(speed), side)
         out[index] /= max(count, 1)
     return out

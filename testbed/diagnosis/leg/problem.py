@@ -23,12 +23,16 @@ from testbed.diagnosis.leg.plain_balance import (
 )
 from testbed.diagnosis.leg.series import BIN, Series
 from testbed.effects.base import Active
-from testbed.effects.fitting import ForceResidual, Observed
-from testbed.effects.terms import Signals
-from testbed.estimation.leg.balance import corrected, external_n, force_terms, without_friction_n
+from testbed.effects.terms import ForceResidual, Observed, Signals
+from testbed.estimation.leg.balance import (
+    corrected,
+    external_n,
+    force_terms,
+    friction_n,
+    without_friction_n,
+)
 from testbed.estimation.leg.flow import Edge, flow_balance, flow_terms
 from testbed.estimation.leg.force import narrow_band
-from testbed.estimation.leg.friction import friction_n
 from testbed.recording.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]

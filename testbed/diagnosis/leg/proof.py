@@ -27,7 +27,7 @@ from testbed.diagnosis.leg.resampled import Names, share_of, wins
 from testbed.diagnosis.leg.runs import RunErrors, Runs, overall, worst_ratio
 from testbed.diagnosis.leg.search import Candidate, Search
 from testbed.effects import by_name
-from testbed.estimation.friction.undeclared import MOST
+from testbed.estimation.friction.declared_numbers import MOST
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import EffectEntry, LegModel
 

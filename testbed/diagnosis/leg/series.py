@@ -14,8 +14,7 @@ from testbed.diagnosis.leg.noise import white_noise
 from testbed.effects.terms import Signals
 from testbed.estimation.leg.flow import smoothed_opening, spool
 from testbed.estimation.leg.force import trusted, unseen_travel_m
-from testbed.estimation.leg.motion import encoder_noise, smooth
-from testbed.estimation.leg.signals import WIDTH_S, grid, signals_of
+from testbed.estimation.leg.motion import WIDTH_S, encoder_noise, grid, signals_of, smooth
 from testbed.recording.axis import Recording
 from testbed.recording.known import Known
 

@@ -15,7 +15,7 @@ from testbed.diagnosis.leg.points import Point, restarted
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.search import Candidate, Search
 from testbed.effects import by_name
-from testbed.effects.fitting import Coordinate
+from testbed.effects.terms import Coordinate
 from testbed.effects.unnamed import UNNAMED, basis
 from testbed.recording.axis import Recording
 

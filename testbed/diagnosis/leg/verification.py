@@ -16,7 +16,7 @@ from testbed.effects import build
 from testbed.estimation.leg.balance import corrected
 from testbed.estimation.leg.flow import Edge, flow_balance, flow_terms
 from testbed.estimation.leg.force import MOVING_M_S, estimate
-from testbed.estimation.leg.signals import signals_of
+from testbed.estimation.leg.motion import signals_of
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel
 

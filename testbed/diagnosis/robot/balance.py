@@ -24,8 +24,8 @@ from testbed.effects.signature import RobotSeen
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS
 from testbed.machine.scale import Scale
-from testbed.robot.attitude import rotation_from_attitude
-from testbed.robot.loads.drill_loads import known_wrench
+from testbed.robot.loads.foot_loads import known_wrench
+from testbed.robot.model import rotation_from_attitude
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]

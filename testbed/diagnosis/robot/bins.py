@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.estimation.cylinder import unclipped
+from testbed.estimation.cylinder import replace_clipped
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
 from testbed.robot.model import attitude_gravity
@@ -151,7 +151,7 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
 
     def pressures(stem: str) -> Array:
         columns = [np.asarray(data[f"{stem}_{axis}"], dtype=float) for axis in AXES]
-        return np.column_stack([frame.mean(unclipped(column)) for column in columns])
+        return np.column_stack([frame.mean(replace_clipped(column)) for column in columns])
 
     shift = max(round(LATE_BY_S / frame.period_s), 1)
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import Bins
-from testbed.robot.attitude import rotation_from_attitude
+from testbed.robot.model import rotation_from_attitude
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]

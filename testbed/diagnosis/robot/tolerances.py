@@ -8,7 +8,7 @@ import math
 from functools import cache
 
 from testbed.machine.scale import ROBOCLIMBER, Scale
-from testbed.scenario.drawn import Tolerance, tolerances
+from testbed.scenario.machines import Tolerance, tolerances
 
 FILE = "workshop"
 LATE_S = 5.0e-3

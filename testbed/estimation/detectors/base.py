@@ -2,8 +2,9 @@
 
 A detector is any class with
 
-    update(sample) -> scores (4,): the higher, the surer that the foot has lost its load (`sample`:
-    sample.py)
+    update(sample) -> scores (4,)
+
+(the higher, the surer that the foot has lost its load; `sample`: see sample.py)
 
 and, if it likes, `threshold` (a score from which on a foot counts as lost; `testbed contact-loss`
 sets it), `hold` (a Hold: when a lost foot counts as loaded again), `scaled(force)` (the same for a
@@ -23,11 +24,10 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit_over
 from testbed.estimation.detectors.sample import Sample
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record
 from testbed.formats.sockets import numbers_of
 from testbed.machine.names import LEGS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,8 @@ class Hold:
     """When a foot that was called lost counts as loaded again: once its score has been `margin` or
     more below the threshold for `dwell_s`, or `sure_margin` or more for `sure_s`.
 
-    A foot that stands near the threshold crosses it with every blow. Held, its word is wrong for
-    longer, but it is one alarm and not twenty.
+    A foot that stands near the threshold crosses it with every blow. Held, its contact
+    state is wrong for longer, but it is one alarm and not twenty.
     """
 
     margin: float = 0.0

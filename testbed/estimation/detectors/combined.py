@@ -2,10 +2,9 @@
 milliseconds.
 
 They differ in the friction of a piston that hardly moves: none (`balance`, the middle of the set),
-`own` (memory that drifts to the middle), `carried` (followed through the oil, signals.py). Each is
-wrong by up to the break-away force,
-seldom all the same way: at equal recall the mean calls half as many loaded feet lost as the best of
-them. The score is how far it lies below zero, N.
+`own` (memory that drifts to the middle), `carried` (followed through the oil, sample.py). Each is
+wrong by up to the break-away force, seldom all the same way: at equal recall the mean calls half as
+many loaded feet lost as the best of them. The score is how far it lies below zero, N.
 
 A sensor that drifts moves `balance` and `carried` without end, while `own` is held by what the
 whole machine weighs. Friction can tell them apart by no more than the break-away force: what they
@@ -17,7 +16,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from testbed.compiled import njit
-from testbed.estimation.detectors.base import CompiledDetector
+from testbed.estimation.detectors.base import CompiledDetector, Hold
 from testbed.formats.records import Record, quantity
 
 
@@ -85,4 +84,48 @@ class Combined(CompiledDetector, step=step):
         "weight_carried": 0.35,
         "drift_time": 10.0,
         "break_away": 800.0,
+    }
+
+
+# The combined detector over as long as a loss must last.
+#
+# A foot that bears next to nothing crosses the force of a loss with every blow; means over 20 ms
+# follow the definition of a loss (estimation/contact_losses.py), which waits for as long.
+
+
+class Steady(CompiledDetector, step=step):
+    """The weights are the combined detector's."""
+
+    name, text = "steady", "mean of three loads, over 20 ms"
+    threshold = -691.5
+    Numbers, State = CombinedNumbers, CombinedState
+    numbers: ClassVar[dict[str, float]] = Combined.numbers | {"mean_time": 0.02}
+
+
+# The shipped detector: the mean of two loads over a few milliseconds, and a contact state that is
+# held.
+#
+# A foot that bears next to nothing under a hammering drill crosses any one level with every blow:
+# that, not an error of the load, makes most false alarms of a threshold. So the contact state has
+# three levels. Below the first a foot is lost. It counts as loaded again once it has stayed above
+# the second, which is further up by what friction hides, for longer than a few blows; or above the
+# third, where no friction could lift an unloaded foot, for as long as a touchdown lasts.
+#
+# The loads are `own` and `carried` (sample.py), which take the friction of a resting piston in
+# different ways, with what a drifting sensor adds to the second one given back. The piston alone,
+# without any friction (`balance`), adds nothing to the two once the state is held.
+
+
+class Held(CompiledDetector, step=step):
+    """All numbers were set on the tuning scenes, N and s on a machine of 4 t."""
+
+    name, text = "held", "mean of two loads over 5 ms, three levels"
+    threshold = -175.0
+    hold: Hold = Hold(margin=626.0, dwell_s=0.22, sure_margin=1200.0, sure_s=0.018)
+    Numbers, State = CombinedNumbers, CombinedState
+    numbers: ClassVar[dict[str, float]] = Combined.numbers | {
+        "mean_time": 0.005,
+        "weight_balance": 0.0,
+        "weight_own": 0.83,
+        "weight_carried": 0.17,
     }

@@ -4,11 +4,13 @@ learnt on the way.
 Nothing here is in newtons: every bound is a share of the foot's nominal load or a multiple of the
 noise that is seen.
 
-    load      force, smoothed just as much as its noise asks for; a step that the noise cannot
-    explain is followed at once lost      load below the flight level + a loss's share of the
-    nominal load + how far the level may have drifted loaded    load above the level of this flight
-    + a loss's share of the nominal load, or the break-away force; until
-              it has risen clearly further, falling back is the same flight still
+    load      the force, smoothed just as much as its noise asks for; a step that the noise cannot
+              explain is followed at once
+    lost      load below the flight level + a loss's share of the nominal load + how far the level
+              may have drifted
+    loaded    load above the level of this flight + a loss's share of the nominal load, or the
+              break-away force; until it has risen clearly further, falling back is still the same
+              flight
 
 The flight level (what the force reads in the air: a zero offset, friction) is learnt from every
 flight, by the median of three samples: a lone outlier is none. How far it may have moved by the
@@ -27,13 +29,11 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from testbed.compiled import njit
-from testbed.estimation.losses import LOSS_SHARE
+from testbed.estimation.contact_losses import LOSS_SHARE
+from testbed.formats.arrays import Array
 from testbed.formats.records import SET, Record, quantity
-
-Array = npt.NDArray[np.float64]
 
 
 class FootNumbers(Record):

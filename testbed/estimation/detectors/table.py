@@ -7,16 +7,10 @@ from typing import Any
 from testbed.errors import InputError
 from testbed.estimation.detectors import threshold
 from testbed.estimation.detectors.base import Detector
-from testbed.estimation.detectors.combined import Combined
-from testbed.estimation.detectors.cusum import Cusum
-from testbed.estimation.detectors.expected import Expected
-from testbed.estimation.detectors.glr import Glr
-from testbed.estimation.detectors.held import Held
+from testbed.estimation.detectors.classical import Cusum, Glr, Momentum, MultipleModel, Smoothed
+from testbed.estimation.detectors.combined import Combined, Held, Steady
 from testbed.estimation.detectors.learned import Learned, Patient
-from testbed.estimation.detectors.momentum import Momentum
-from testbed.estimation.detectors.multiple_model import MultipleModel
-from testbed.estimation.detectors.smoothed import Smoothed
-from testbed.estimation.detectors.steady import Steady
+from testbed.estimation.detectors.threshold import Expected
 from testbed.formats.sockets import FORM, is_user_class, load_object
 
 DETECTORS: tuple[type[Any], ...] = (

@@ -1,16 +1,15 @@
 """The testbed's own filter: a gate that cannot lock out, because what persists is believed.
 
 Three rules on top of the KBF:
-1. A sample outside the gate is not used, but counted. A spike ends before `hold` samples in a row
-stood outside on one
-   side, and leaves no mark; a true step goes on, and then the samples that were held back become
-   the estimate at once.
+
+1. A sample outside the gate is not used, but counted. A spike ends before `hold_samples` samples in
+   a row stood outside on one side, and leaves no mark; a true step goes on, and then the samples
+   that were held back become the estimate at once.
 2. A load that has just jumped is likely to go on moving: for a while afterwards Q is as large as R,
-the gate follows
-   the larger innovation variance, and three samples outside are enough.
+   the gate follows the larger innovation variance, and three samples outside are enough.
 3. Outliers are rare by definition. Where more than a share of the last samples was outside
-(hammering), it is the
-   load that moves: every sample is used, with rule 2's gain. So no input can be rejected for good.
+   (hammering), it is the load that moves: every sample is used, with rule 2's gain. So no input can
+   be rejected for good.
 """
 
 from __future__ import annotations

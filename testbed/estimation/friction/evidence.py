@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from testbed.effects.terms import Signals
 from testbed.errors import InputError
 from testbed.estimation.leg.balance import piston_force_n
-from testbed.estimation.leg.signals import signals_of
+from testbed.estimation.leg.motion import signals_of
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.records import SET
 from testbed.recording.axis import Recording
@@ -226,8 +226,8 @@ def check_alive(recording: Recording, moving: bool = True) -> None:
     """Refuse channels that say nothing: a constant position, a pressure that never changes or is
     clipped throughout.
 
-    `moving` = False lets a position pass that stays (a leg pressed on a load cell).
-    Raises InputError with the recording, the channel and where it happens.
+    `moving` = False lets a position pass that stays (a leg pressed on a load cell). Raises
+    InputError with the recording, the channel and where it happens.
     """
     if moving and np.ptp(recording.position_m) <= 2.0 * recording.position_resolution_m:
         raise InputError(

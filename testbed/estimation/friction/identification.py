@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.errors import InputError
+from testbed.estimation.friction.declared_numbers import PARTS, Used, fit_declared
 from testbed.estimation.friction.evidence import (
     MINIMUM_ROWS,
     Evidence,
@@ -24,7 +25,6 @@ from testbed.estimation.friction.evidence import (
     gather,
 )
 from testbed.estimation.friction.posterior import Side, curve, fit_side
-from testbed.estimation.friction.undeclared import PARTS, Used, take_out
 from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording, Rig
 from testbed.recording.known import Known
@@ -99,7 +99,7 @@ def identify(
     cell's).
     """
     evidence = gather(recordings, known)
-    taken = take_out(evidence, known, kind)
+    taken = fit_declared(evidence, known, kind)
     evidence = taken.evidence
     sides = [_side(evidence, sign, recordings, taken.form) for sign in (1.0, -1.0)]
     check_closes(max(side.residual_n for side in sides), recordings)

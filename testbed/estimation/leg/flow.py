@@ -1,7 +1,7 @@
 """The flow balances of both chambers of a leg, with what the effects make of them.
 
-    r_A = Q_A - A_A v - q_AB - q_hose - V_A (1/beta) dpA/dt,   r_B = Q_B + A_B v + q_AB - V_B
-    (1/beta) dpB/dt
+    r_A = Q_A - A_A v - q_AB - q_hose - V_A (1/beta) dpA/dt
+    r_B = Q_B + A_B v + q_AB - V_B (1/beta) dpB/dt
 
 in m3/s, zero where the model is right.
 """
@@ -25,7 +25,7 @@ from testbed.effects.valve_deadband import opening
 from testbed.estimation.leg.motion import smooth
 from testbed.formats.arrays import Array
 from testbed.laws.holding import NO_HOLDING, outlet_share
-from testbed.laws.linear import second_order
+from testbed.laws.second_order import second_order
 from testbed.recording.known import HOLDINGS, Circuit, Known
 
 SMOOTH_DROP_PA = 5e4

@@ -15,11 +15,16 @@ import numpy as np
 from testbed.effects import build
 from testbed.effects.friction_presliding import SOUND_BEND_M
 from testbed.effects.terms import Signals
-from testbed.estimation.leg.balance import corrected, external_n, force_terms, without_friction_n
+from testbed.estimation.leg.balance import (
+    breakaway_n,
+    corrected,
+    external_n,
+    force_terms,
+    friction_n,
+    without_friction_n,
+)
 from testbed.estimation.leg.flow import flow_balance, flow_terms, smoothed_opening, spool
-from testbed.estimation.leg.friction import breakaway_n, friction_n
-from testbed.estimation.leg.motion import smooth, smooth_causal
-from testbed.estimation.leg.signals import grid, signals_of
+from testbed.estimation.leg.motion import grid, signals_of, smooth, smooth_causal
 from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel

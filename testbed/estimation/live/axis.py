@@ -19,14 +19,14 @@ from testbed.estimation.cylinder import (
     Conditions,
     Cylinder,
     chamber_pressure,
+    clipped_reading_sd,
     extra_friction,
     friction_set,
     friction_size,
-    overhang_factor,
     piston_force,
     place_factor,
+    side_load_factor,
     thinning_by_warmth,
-    unread_n,
 )
 from testbed.estimation.live import encoder
 from testbed.formats.records import Record, part, quantity
@@ -138,7 +138,7 @@ def conditions_of(
     )
     return Conditions(
         place_factor(c, x),
-        extra_friction(c, together, loads.along, loads.across * overhang_factor(c, x)),
+        extra_friction(c, together, loads.along, loads.across * side_load_factor(c, x)),
         thinning_by_warmth(c, oil_degc),
         state.dwell,
     )
@@ -174,7 +174,7 @@ def step_axis(
     state.rested = state.rested + dt if slides <= 0.0 else 0.0
     fresh = 1.0 + decisions.fresh_more * math.exp(-state.rested / decisions.fresh)
     spread = spread_n(v, fresh * (high - low), c.friction, now, decisions)
-    spread = math.hypot(spread, unread_n(reading_a, reading_b, c))
+    spread = math.hypot(spread, clipped_reading_sd(reading_a, reading_b, c))
     most = high if likely > 0.0 else -low
     state.use = min(max(likely / most, -1.0), 1.0) if most > 0.0 else 0.0
     state.across = loads.across

@@ -18,10 +18,10 @@ from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.cylinder import stribeck_of
 from testbed.estimation.detectors.base import Hold
-from testbed.estimation.detectors.derived import valves_of
-from testbed.estimation.detectors.held import Held
+from testbed.estimation.detectors.combined import Held
+from testbed.estimation.detectors.sample import valves_of
 from testbed.machine.groups import Cylinder
-from testbed.machine.model import Machine
+from testbed.machine.model import Axis, Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
 from testbed.recording.known import HOLDINGS, Known
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
@@ -200,7 +200,7 @@ class Believed:
     legs: tuple[Leg, Leg, Leg, Leg]
     valves: NDArray[Any]
     """Valve and oil of each leg as the contact detector believes them: records `Valve`
-    (detectors/derived.py), (4,).
+    (detectors/sample.py), (4,).
     """
     dt_s: float = 1.0e-3
     encoder_resolution_m: float = 1.0e-4
@@ -244,7 +244,13 @@ class Believed:
         concerns all. Raises InputError where the file lacks a number.
         """
         strokes = Linkages.from_machine(machine).stroke_m[list(VERTICAL)]
-        four = [_declared_leg(machine, leg, m) for leg, m in zip(LEGS, strokes, strict=True)]
+        four = [
+            replace(
+                declared(machine.axes[f"{leg}_vertical"], stroke_m),
+                mass_kg=machine.each_leg[leg].sliding_mass_kg,
+            )
+            for leg, stroke_m in zip(LEGS, strokes, strict=True)
+        ]
         found = cls._of(four, effects, dt_s, machine)
         return replace(found, supply_pa=machine.power_unit.ready_pressure_pa)
 
@@ -339,16 +345,14 @@ def _declare_valves(valves: NDArray[Any], known: Known) -> None:
         valves["pilot_ratio"] = known.circuit.counterbalance_pilot_ratio
 
 
-def _declared_leg(machine: Machine, leg: str, stroke_m: float) -> Leg:
-    """The vertical cylinder of a leg as the machine declares it."""
-    axis = machine.axes[f"{leg}_vertical"]
+def declared(axis: Axis, stroke_m: float) -> Leg:
+    """A cylinder as the machine declares it, friction (5) alone; its mass is nobody's yet."""
     c = axis.cylinder
     area_a = 0.25 * math.pi * c.bore_m**2
     return Leg(
         area_a_m2=area_a,
         area_b_m2=area_a - 0.25 * math.pi * c.rod_m**2,
         friction=friction_of(c),
-        mass_kg=machine.each_leg[leg].sliding_mass_kg,
         stroke_m=stroke_m,
         viscosity_reference_degc=axis.seal.viscosity_reference_degc,
         dead_volume_a_m3=c.dead_volume_a_m3,

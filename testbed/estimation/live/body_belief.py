@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from testbed.estimation.filters import persistent
 from testbed.estimation.live.axis import END_FORCE_N, END_ZONE_M, Decisions
-from testbed.estimation.live.believed import Leg, friction_of
+from testbed.estimation.live.believed import Leg, declared
 from testbed.estimation.live.body_records import BodyBelief
 from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty, constants
+from testbed.formats.arrays import Array
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
 from testbed.machine.scale import Scale
@@ -25,7 +26,6 @@ from testbed.recording.leg_model import EffectEntry
 from testbed.robot.linkage import Linkages
 from testbed.robot.model import RobotModel
 
-Array = NDArray[np.float64]
 EVEN = 1.0 / math.sqrt(3.0)
 """One standard deviation of what is anywhere in a set, as a share of the set's half width."""
 
@@ -35,15 +35,8 @@ class OwnTuning:
     """How sure the estimator is of what, and which of its ideas are on. All numbers assumed (E) and
     chosen on runs that no result is taken from; see `testbed estimators`.
 
-    `friction_share`: sliding friction is known to this share; `rest_share`: one standard deviation
-    of friction at rest, as a share of its set's half width, and `fresh_more` of it right after a
-    stop, where load-holding valves keep the oil and friction settles (else EVEN); `rest_alike`: its
-    correlation between feet that have rested for `alike_after_s`: oil that leaks moves it on the
-    same way at all of them; `*_keep_s`: for
-    how long a deviation lasts (the balance's own shorter than friction's: else it takes what a
-    stuck piston hides for an error of the weight); `told_share`: of the filter's standard
-    deviation, what intervals are made of: deviations end where their sets do, so that large ones
-    are rarer than a normal law has them.
+    `*_sd_*` is one standard deviation, `*_share` a share of what its name says, `*_keep_s` for how
+    long a deviation lasts.
     """
 
     rich: bool = True
@@ -67,17 +60,28 @@ class OwnTuning:
     rest_m_s: float = 0.001
     slide_m_s: float = 0.003
     friction_share: float = 0.12
+    """Sliding friction is known to this share."""
     slow_share: float = 0.6
     slow_m_s: float = 0.008
     speed_sd_m_s: float = 0.003
     rest_share: float = 0.3
+    """One standard deviation of friction at rest, of its set's half width; EVEN without
+    load-holding valves.
+    """
     fresh_more: float = 1.5
+    """So much more of it right after a stop, while oil and friction settle."""
     fresh_s: float = 4.0
     sliding_keep_s: float = 0.5
     rest_keep_s: float = 0.3
     rest_alike: float = 0.5
+    """Correlation of friction between feet that have rested for `alike_after_s`: oil that leaks
+    moves it the same way at all of them.
+    """
     alike_after_s: float = 30.0
     body_keep_s: float = 0.3
+    """Of the balance's own error: shorter than friction's, else it takes what a stuck piston hides
+    for an error of the weight.
+    """
     weight_share: float = 0.005
     centre_sd_m: float = 0.01
     rope_share: float = 0.005
@@ -103,6 +107,9 @@ class OwnTuning:
     noise_sd_n: float = 15.0
     moving_sd_n: float = 110.0
     told_share: float = 0.82
+    """Of the filter's standard deviation, what intervals are made of: deviations end where their
+    sets do, so that large ones are rarer than a normal law has them.
+    """
     filter_q_n2: float = 150.0
     filter_r_n2: float = 1500.0
     e_max_n: float = 500.0
@@ -140,10 +147,9 @@ def body_of(
     cylinders.
 
     `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as
-    surveyed at the start;
-    zeros where there are no ropes. `sure`: how sure all this is; None: by the workshop's
-    tolerances. `effects`: of cylinders, believed at the axis of their place, those of vertical ones
-    in `legs` already. `tuning`: as for ROBOCLIMBER.
+    surveyed at the start; zeros where there are no ropes. `sure`: how sure all this is; None: by
+    the workshop's tolerances. `effects`: of cylinders, believed at the axis of their place, those
+    of vertical ones in `legs` already. `tuning`: as for ROBOCLIMBER.
     """
     t = (OwnTuning() if tuning is None else tuning).scaled(machine.scale)
     linkages = Linkages.from_machine(machine)
@@ -256,26 +262,13 @@ def _declare(out: Any, axis: Axis, stroke_m: float, effects: Sequence[EffectEntr
     """One AxisBelief as the machine declares it, but for its encoder, with believed effects where
     they are not the vertical legs'.
     """
-    c, seal, sensor = axis.cylinder, axis.seal, axis.sensor
-    area_a = 0.25 * math.pi * c.bore_m**2
-    leg = Leg(
-        area_a_m2=area_a,
-        area_b_m2=area_a - 0.25 * math.pi * c.rod_m**2,
-        friction=friction_of(c),
-        stroke_m=stroke_m,
+    seal, sensor = axis.seal, axis.sensor
+    leg = replace(
+        declared(axis, stroke_m),
         position_slope=seal.position_slope,
         pressure_coefficient_m2=seal.pressure_coefficient_m2,
         load_coefficient=seal.load_coefficient,
         viscosity_rate_1_k=seal.viscosity_rate_1_k,
-        viscosity_reference_degc=seal.viscosity_reference_degc,
-        dead_volume_a_m3=c.dead_volume_a_m3,
-        dead_volume_b_m3=c.dead_volume_b_m3,
-        bulk_modulus_pa=axis.oil.bulk_modulus_pa,
-        hose_a_m3_pa=axis.oil.hose_elasticity_m3_pa,
-        hose_b_m3_pa=axis.oil.hose_elasticity_b_m3_pa,
-        entrained_air=axis.oil.entrained_air,
-        seal_stiffness_n_m=seal.bristle_stiffness_n_m,
-        valve_deadband=axis.valve.deadband,
     )
     for effect in effects if axis.joint != "vertical" else ():
         leg = leg.with_effect(effect)

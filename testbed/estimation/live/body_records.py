@@ -5,8 +5,8 @@ from __future__ import annotations
 from testbed.estimation.filters import persistent
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import AxisBelief, AxisState, Decisions
-from testbed.estimation.live.shaken import Shaken
-from testbed.estimation.live.support import Support
+from testbed.estimation.live.belly_support import Support
+from testbed.estimation.live.body_acceleration import AccelerationMemory
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
@@ -102,7 +102,7 @@ class BodyState(Record):
     in_air = quantity("s", "for how long a foot has been in the air", per=LEGS)
     filters = part(persistent.PersistentState, "of the foot loads", per=LEGS)
     support = part(Support, "what carries the body that no sensor reads")
-    shaken = part(Shaken, "fast changes of the loads")
+    shaken = part(AccelerationMemory, "fast changes of the loads")
     level = quantity("N", "filtered force along x and y", per=(LEGS, ("x", "y")))
     force_sd = quantity(
         "N", "standard deviation of a foot force at the last balance", per=(LEGS, XYZ)

@@ -1,15 +1,14 @@
 """The paper's chain, live on all four feet: pressures -> cylinder force -> foot load -> filters ->
 contact state.
 
-    one_chamber  = pA A_A                                                                   (1)
-    two_chamber  = pA A_A - pB A_B                                                          (3)
-    friction     = pA A_A - pB A_B - F_f(v) + m g cos(inclination) - m a                    (7) with
-    (5) kbf, modified_kbf = the paper's filters on `friction`                                   (6)
+    one_chamber  = pA A_A                                                     (1)
+    two_chamber  = pA A_A - pB A_B                                            (3)
+    friction     = pA A_A - pB A_B - F_f(v) + m g cos(inclination) - m a      (7) with (5)
+    kbf, modified_kbf = the paper's filters on `friction`                     (6)
     own          = the same balance with friction as a set at rest (friction_at_rest.py names the
-    likeliest value in
-                   it), through a gate that cannot lock out; where the whole machine is believed
-                   (body_belief.py), from all twelve cylinders and the body's balance
-                   (whole_body.py), with the foot's force in three axes
+                   likeliest value in it), through a gate that cannot lock out; where the whole
+                   machine is believed (body_belief.py), from all twelve cylinders and the body's
+                   balance (whole_body.py), with the foot's force in three axes
 
 All in N along the vertical joint's axis, positive when the ground pushes the foot up. One compiled
 call a step, on the row that has just been measured.
@@ -17,24 +16,211 @@ call a step, on the row that has just been measured.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
 from testbed.errors import InputError
-from testbed.estimation.detectors.combined import CombinedNumbers
-from testbed.estimation.detectors.held import Held
-from testbed.estimation.filters import persistent
+from testbed.estimation.cylinder import (
+    EXTENDING,
+    RETRACTING,
+    Conditions,
+    Cylinder,
+    extra_friction,
+    friction_set,
+    friction_value,
+    piston_force,
+    place_factor,
+    seal_ratio,
+    thinning_by_warmth,
+    true_pressure,
+    valve_direction,
+)
+from testbed.estimation.detectors.combined import CombinedNumbers, CombinedState, Held, step_on
+from testbed.estimation.detectors.sample import (
+    Derived,
+    OilState,
+    Valve,
+    derive_leg,
+    gravity_along,
+)
+from testbed.estimation.filters import kbf, modified_kbf, persistent
+from testbed.estimation.filters.kbf import KalmanState
+from testbed.estimation.live import contact, encoder, friction_at_rest
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.chain_step import ChainBelief, ChainState, replay_chain
+from testbed.estimation.live.body_records import BodyBelief, BodyState
 from testbed.estimation.live.contact import limits_at
-from testbed.formats.records import from_columns
-from testbed.machine.names import LEGS
+from testbed.estimation.live.whole_body import step_body
+from testbed.formats.arrays import Array
+from testbed.formats.records import Record, from_columns, part, quantity
+from testbed.machine.names import LEGS, VERTICAL
 from testbed.recording.rows import DataRow
+from testbed.robot.linkage import Linkage, arm_of, length_of
 
-Array = NDArray[np.float64]
+# The compiled step of the live chain (see chain.py): four legs, one call, nothing allocated but for
+# the whole body.
+
+
+class LegBelief(Record):
+    """What is believed of a vertical cylinder and what it carries."""
+
+    cylinder = part(Cylinder, "cylinder, seals, sensors")
+    linkage = part(Linkage, "from joint to rod")
+    mass = quantity("kg", "what moves with it")
+    valve = part(Valve, "valve and oil")
+
+
+class ChainBelief(Record):
+    """Everything that the chain is built from."""
+
+    dt = quantity("s", "step")
+    gravity = quantity("m/s2", "strength")
+    encoder_resolution = quantity("m", "one count")
+    observer = quantity("rad/s", "bandwidth of the encoders' observer")
+    rest_speed = quantity("m/s", "slower than this a piston stands still")
+    slide_speed = quantity("m/s", "faster than this it surely slides")
+    pressure_sd = quantity("Pa", "accuracy of a pressure sensor")
+    friction_share = quantity("1", "sliding friction is known to this share")
+    speed_sd = quantity("m/s", "standard deviation of the speed")
+    acceleration_sd = quantity("m/s2", "standard deviation of the acceleration")
+    filter = part(persistent.Numbers, "of the filters")
+    contact = part(contact.ContactLimits, "of the contact state")
+    combined = part(CombinedNumbers, "of the detector")
+    legs = part(LegBelief, "vertical cylinders", per=LEGS)
+    body = part(BodyBelief, "the whole machine")
+
+
+class LegState(Record):
+    """What is known of one leg."""
+
+    time = quantity("s", "since the start")
+    slid = quantity("1", "how surely it slid at the last sample")
+    encoder = part(encoder.EncoderState, "motion")
+    rest = part(friction_at_rest.RestMemory, "memory of friction at rest")
+    kbf = part(KalmanState, "the published filter")
+    modified_kbf = part(KalmanState, "the published modified filter")
+    own = part(persistent.PersistentState, "the own filter")
+    contact = part(contact.ContactState, "contact state")
+    combined = part(CombinedState, "the detector")
+    oil = part(OilState, "oil and seals")
+
+
+class ChainState(Record):
+    """What the chain remembers."""
+
+    legs = part(LegState, "vertical cylinders", per=LEGS)
+    derived = part(Derived, "what the detector looks at")
+    body = part(BodyState, "the whole machine")
+
+
+@njit
+def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
+    """One leg, one step, from the measured part of a DataRow to its estimates.
+
+    Corrects the pressures for believed sensor errors first; published columns (1), (3) use them
+    corrected too. Friction and oil are the rod's; `arm`, the rod's way by the joint's, turns its
+    forces into the foot's.
+    """
+    axis, dt = VERTICAL[leg], belief.dt
+    mine = belief.legs[leg]
+    c, seen, estimate = mine.cylinder, state.encoder, row.estimate
+    pa = true_pressure(row.pressure_a[axis], c.sensor_a, state.time)
+    pb = true_pressure(row.pressure_b[axis], c.sensor_b, state.time)
+    state.time += dt
+    arm = arm_of(row.position[axis], mine.linkage)
+    count = arm * belief.encoder_resolution
+    reading = length_of(row.position[axis], mine.linkage) - mine.linkage.closed
+    encoder.observe(seen, reading, count, dt, belief.observer)
+    v = encoder.bounded_speed(seen, count, belief.rest_speed)
+    slides = encoder.sliding(seen, count, belief.rest_speed, belief.slide_speed)
+    x, a = seen.extension, seen.acceleration
+    extra = extra_friction(c, pa + pb, state.own.estimate.value / arm, 0.0)
+    thinning = thinning_by_warmth(c, row.oil_temperature)
+    now = Conditions(place_factor(c, x), extra, thinning, 0.0)
+    piston = piston_force(pa, pb, c.area_a, c.area_b)
+    weight = mine.mass * (gravity_along(row.attitude, belief.gravity) - a / arm)
+    balance = arm * piston + weight + arm * c.offset
+    balance += arm * (
+        c.cushion_stiffness * max(c.cushion_start - x, 0.0)
+        - c.spring_stiffness * (x - c.spring_rest)
+    )
+    simple = balance - arm * friction_value(v, c.friction, now)
+    low, high = friction_set(v, seen.sense, slides, c.friction, now)
+    if slides > 0.0 and state.slid == 0.0:
+        state.own.lively = 1.0  # the set has just collapsed: what follows is news, not a spike
+    state.slid = slides
+    ratio = seal_ratio(pa, pb, x, c)
+    push = valve_direction(row.valve[axis], c.deadband)
+    friction = friction_at_rest.step(state.rest, piston, low, high, slides, push, ratio, belief.dt)
+    estimate.one_chamber[leg], estimate.two_chamber[leg] = arm * pa * c.area_a, arm * piston
+    estimate.friction[leg] = simple
+    estimate.kbf[leg] = kbf.step(state.kbf, simple, belief.filter)
+    estimate.modified_kbf[leg] = modified_kbf.step(state.modified_kbf, simple, belief.filter)
+    own = persistent.step(state.own, balance - arm * friction, belief.filter)
+    of_rod = arm**2 * rod_variance(high - low, v, thinning, c, belief)
+    inertia = (mine.mass * belief.acceleration_sd) ** 2
+    sd = math.sqrt(of_rod + inertia + state.own.estimate.variance)
+    tell_own(row, leg, own, (balance - arm * high, balance - arm * low, sd))
+
+
+@njit
+def tell_own(row: Any, leg: int, load: float, interval: tuple[float, float, float]) -> None:
+    """Write one vertical cylinder's own estimate, N, into the row; `interval`: low, high, standard
+    deviation.
+    """
+    low, high, sd = interval
+    row.estimate.own[leg] = row.own.z[leg] = load
+    row.estimate_own.low[leg], row.estimate_own.high[leg] = low, high
+    row.estimate_own.sd[leg] = row.own.z_sd[leg] = sd
+    row.own.x[leg] = row.own.y[leg] = row.own.x_sd[leg] = row.own.y_sd[leg] = 0.0
+
+
+@njit
+def rod_variance(width: float, v: float, thinning: float, c: Any, belief: Any) -> float:
+    """Of the rod's force less friction, N2: sensors' accuracy through the areas, friction's
+    uncertainty, speed, the set's width.
+
+    At rest friction spreads over its set by friction_at_rest.SPREAD of the half width.
+    """
+    out, back = c.friction.sides[EXTENDING], c.friction.sides[RETRACTING]
+    sensors = belief.pressure_sd**2 * (c.area_a**2 + c.area_b**2)
+    slope = (out.viscous if v >= 0.0 else back.viscous) * thinning
+    level = belief.friction_share * 0.5 * (out.coulomb + back.coulomb)
+    friction = level**2 + (slope * belief.speed_sd) ** 2
+    rest = (0.5 * friction_at_rest.SPREAD * width) ** 2
+    return float(sensors + friction + rest)
+
+
+@njit
+def step_chain(row: Any, belief: Any, state: Any) -> None:
+    """All four legs, one step: reads the measured part of a DataRow and writes its estimates and
+    contact states.
+
+    Attitude, rates, specific force, ropes, stance and what the drill's controls know serve the
+    whole body's balance, where one is believed. The vertical joints extend along -z of the body.
+    """
+    for leg in range(4):
+        step_leg(row, leg, belief, state.legs[leg])
+    if belief.body.believed != 0.0:
+        step_body(row, belief.body, state.body)
+    for leg in range(4):
+        derive_leg(row, leg, belief, state.legs[leg].oil, state.derived)
+        mine, own = state.legs[leg], row.estimate.own[leg]
+        score = step_on(own, state.derived, leg, belief.combined, mine.combined, belief.dt)
+        row.contact[leg] = contact.step(mine.contact, -score, belief.dt, belief.contact)
+
+
+@njit
+def replay_chain(rows: Any, belief: Any, state: Any) -> None:
+    """`step_chain` over rows (n,) of DataRow; belief and state of shape (1,)."""
+    for index in range(rows.shape[0]):
+        step_chain(rows[index], belief[0], state[0])
+
+
 OIL_DEGC = 20.0
 """The oil's temperature where it is not recorded."""
 NEEDED = (

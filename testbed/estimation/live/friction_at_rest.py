@@ -62,9 +62,10 @@ def step(
     ratio: float,
     dt: float,
 ) -> float:
-    """The likeliest friction in [low, high], N. `piston` = pA A_A - pB A_B, N; `ratio` = k_seal /
-    k_oil;
-    `push`: the way the open valve drives the piston, -1 or 1, 0 while it is shut; `dt`: step, s.
+    """The likeliest friction in [low, high], N.
+
+    `piston` = pA A_A - pB A_B, N; `ratio` = k_seal / k_oil; `push`: the way the open valve drives
+    the piston, -1 or 1, 0 while it is shut; `dt`: step, s.
 
     While the piston slides (slides > 0) the set is narrow and only remembered; at rest the three
     rules apply.

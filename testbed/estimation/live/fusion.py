@@ -14,7 +14,7 @@ nothing shows stays as wide as it was. Three things are observed (whole_body.py)
 - friction stays in its set: the deviation is cut off at its ends.
 `balance` is what the balance is off by for a moment: it fades within a fraction of a second, so
 that a thousand balances do not make a certainty. Zeros have heavy tails: where the balance blames
-one cylinder alone (blame.py), its zero is set free.
+one cylinder alone (faulty_sensor.py), its zero is set free.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class Sizes(Record):
 
 
 class Suspicion(Record):
-    """What the body's balance says of its sensors (blame.py)."""
+    """What the body's balance says of its sensors (faulty_sensor.py)."""
 
     missing = quantity("N", "of the balance along z and about x and y (moments N m)", per=SEEN)
     spread = quantity("N2", "its covariance on a sound machine", per=(SEEN, SEEN))

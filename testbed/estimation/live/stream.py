@@ -1,17 +1,16 @@
 """The whole robot's estimates and contact states from a real controller, sample by sample, whatever
 comes late or not at all.
 
-    stream = Stream(believed)                     # the estimators' belief, as `testbed estimate`
-    builds it row = DataRow.zeros()                         # fill in what was measured, by name
+    stream = Stream(believed)          # the estimators' belief, as `testbed estimate` builds it
+    row = DataRow.zeros()              # fill in what was measured, by name
     row["t"], row["pressure_a"][:] = ...
-    told = stream.update(row)                     # the row with estimates: told["estimate"]["own"],
-    told["contact"]
+    told = stream.update(row)          # with estimates: told["estimate"]["own"], told["contact"]
 
 It is the code of a run and of a recording, and gives the same numbers where every sample comes. A
 sample no later than the one before is left out. Where samples are missing, what was measured before
 and after is joined by straight lines as soon as the next one comes. A number that is missing (nan)
 stays what it was last. After a gap longer than LONGEST_GAP_S everything starts anew. `known` says
-which feet's words still rest on something.
+which feet's states still rest on a sample.
 """
 
 from __future__ import annotations
@@ -21,14 +20,108 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.errors import InputError
+from testbed.estimation.contact_losses import LOSS_SHARE
+from testbed.estimation.detectors.base import Detector
+from testbed.estimation.detectors.single_force import ForceSample, SingleForce
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import ESTIMATED, EstimatorChain
-from testbed.estimation.live.feet import KNOWN_S
-from testbed.estimation.live.judged import Judge
+from testbed.estimation.live.contact import ContactState, step
+from testbed.estimation.live.selected import SelectedDetector, limits_of
+from testbed.formats.arrays import Array, Flags
+from testbed.formats.sockets import FORM, is_user_class, load_object
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow
 
-Array = NDArray[np.float64]
+# The contact states of any number of feet from their forces alone, sample by sample or over a
+# recording.
+#
+# From a real controller:
+#
+#     feet = Feet(SingleForce(), nominal_load_n=np.array([20.0]), breakaway_n=np.array([1.0]))
+#     states = feet.update(t, force_n)      # (k,): 1 loaded, 0 contact lost
+#
+# Samples may come late, twice, with gaps or with forces that are no number: a sample no later than
+# the one before is left out, a force that is no number leaves its foot as it is. The state then
+# holds; `known` says whether it still rests on something.
+
+KNOWN_S = 0.1
+"""A state rests on nothing any more when its foot had no good sample for so long, s (E)."""
+
+
+class Feet:
+    """A detector of forces at work on k feet of their own scales, N, each (k,).
+
+    Raises InputError for a detector without a threshold.
+    """
+
+    def __init__(self, detector: Any, nominal_load_n: Array, breakaway_n: Array) -> None:
+        self._detector, self._scale = detector, (nominal_load_n, breakaway_n)
+        self._limits = limits_of(detector, "--detector")
+        feet = len(nominal_load_n)
+        self._hysteresis = ContactState.zeros(feet)
+        self._hysteresis["contact"] = 1.0
+        self._t, self._seen_s = -np.inf, np.full(feet, -np.inf)
+        self._states = np.ones(feet)
+
+    @property
+    def known(self) -> Flags:
+        """Whether each foot had a good sample lately, (k,)."""
+        return np.asarray(self._t - self._seen_s <= KNOWN_S, dtype=bool)
+
+    def update(self, t: float, force_n: Array) -> Array:
+        """Contact states (k,) after a sample: forces (k,) at time t, s."""
+        states, _ = self.over(np.array([t]), np.asarray(force_n, dtype=np.float64)[None, :])
+        return np.asarray(states[0])
+
+    def over(self, time_s: Array, force_n: Array) -> tuple[Array, Flags]:
+        """`update` over the next samples, times (n,), forces (n, k): states, and whether they are
+        known, (n, k).
+        """
+        latest = np.maximum.accumulate(np.append(self._t, time_s))
+        force_n = np.where((time_s > latest[:-1])[:, None], force_n, np.nan)
+        seen = np.where(np.isfinite(force_n), time_s[:, None], -np.inf)
+        seen = np.maximum.accumulate(np.vstack([self._seen_s, seen]))
+        states = self._judged(time_s, force_n, np.diff(latest))
+        self._t, self._seen_s, self._states = latest[-1], seen[-1], states[-1].copy()
+        return states, latest[1:, None] - seen[1:] <= KNOWN_S
+
+    def _judged(self, time_s: Array, force_n: Array, step_s: Array) -> Array:
+        if isinstance(self._detector, SingleForce):  # has its own hysteresis
+            scores = self._detector.over(time_s, force_n, *self._scale)
+            return np.where(np.isnan(scores), 1.0, scores < self._detector.threshold)
+        states = np.empty(force_n.shape)
+        now = self._states
+        for row, (t, force, dt) in enumerate(zip(time_s, force_n, step_s, strict=True)):
+            finite = np.isfinite(force)
+            if finite.any():
+                scores = np.asarray(self._detector.update(ForceSample(t, force, *self._scale)))
+                dt = dt if np.isfinite(dt) else 0.0
+                for foot in np.flatnonzero(finite):
+                    load = -float(scores[foot])
+                    now[foot] = step(self._hysteresis[foot], load, dt, self._limits)
+            states[row] = now
+        return states
+
+
+def force_detector(name: str, loss_share: float = LOSS_SHARE) -> Any:
+    """A detector of forces by name or as `FILE.py:Class`; the shipped one calls feet below this
+    share of their load lost.
+
+    Raises InputError for any other name.
+    """
+    if is_user_class(name):
+        return load_object(name, Detector, field="--detector")
+    if name == SingleForce.name:
+        return SingleForce(loss_share)
+    raise InputError(
+        "does not work on forces alone",
+        field="--detector",
+        value=name,
+        allowed=f"{SingleForce.name}, {FORM}; the others on a robot's recording without --force",
+    )
+
+
 LONGEST_GAP_S = 0.5
 """After a longer gap nothing of what was remembered is true any more, s (E)."""
 COLUMNS = DataRow.column_names()
@@ -50,13 +143,13 @@ class Stream:
 
     def __init__(self, believed: Believed, detector: str | None = None) -> None:
         self._chain, self._dt_s, self._named = EstimatorChain(believed), believed.dt_s, detector
-        self._judge = self._fresh_judge()
+        self._detector = self._fresh_detector()
         self._told = DataRow.zeros()
         self._last: Array | None = None
         self._seen_s = np.full(len(LEGS), -np.inf)
 
-    def _fresh_judge(self) -> Judge | None:
-        return None if self._named is None else Judge(self._named, self._chain.belief)
+    def _fresh_detector(self) -> SelectedDetector | None:
+        return None if self._named is None else SelectedDetector(self._named, self._chain.belief)
 
     @property
     def known(self) -> NDArray[np.bool_]:
@@ -73,7 +166,7 @@ class Stream:
             return self._told.copy()
         if self._last is not None and time_s - self._last[0] > LONGEST_GAP_S:
             self._chain.forget()
-            self._judge, self._last = self._fresh_judge(), None
+            self._detector, self._last = self._fresh_detector(), None
         for index, leg in enumerate(LEGS):
             if np.isfinite(now[OF_LEG[leg]]).all():
                 self._seen_s[index] = time_s
@@ -81,13 +174,13 @@ class Stream:
         now[missing] = 0.0 if self._last is None else self._last[missing]
         before = now if self._last is None else self._last
         steps = max(round((time_s - before[0]) / self._dt_s), 1)
-        for step in range(1, steps + 1):
-            self._step(before + (now - before) * (step / steps) if step < steps else now)
+        for part in range(1, steps + 1):
+            self._step(before + (now - before) * (part / steps) if part < steps else now)
         self._last = now
         return self._told.copy()
 
     def _step(self, measured: Array) -> None:
         DataRow.as_table(self._told)[0, MEASURED] = measured[MEASURED]
         self._chain.step(self._told)
-        if self._judge is not None:
-            self._judge.judge(self._told)
+        if self._detector is not None:
+            self._detector.fill(self._told)

@@ -20,7 +20,7 @@ from testbed.estimation.live.fusion import Constants
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, SIDES
 from testbed.recording.rows import XYZ
-from testbed.scenario.drawn import Tolerance, tolerances
+from testbed.scenario.machines import Tolerance, tolerances
 
 WORKSHOP = "workshop"
 """The tolerance file of a machine of which nothing else is said."""

@@ -16,13 +16,20 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.filters import persistent
-from testbed.estimation.live import blame
+from testbed.estimation.live import faulty_sensor
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import Loads, step_axis
-from testbed.estimation.live.learnt import learnt, leg_variance, weigh_cylinder, weigh_leg
-from testbed.estimation.live.shaken import shake
-from testbed.estimation.live.support import carries
-from testbed.estimation.live.unilateral import hangs, learn_in_air, only_push
+from testbed.estimation.live.belly_support import something_else_carries
+from testbed.estimation.live.body_acceleration import add_fast_changes
+from testbed.estimation.live.cylinder_errors import (
+    force_error,
+    is_in_air,
+    learn_in_air,
+    learn_no_pull,
+    leg_variance,
+    weigh_cylinder,
+    weigh_leg,
+)
 from testbed.estimation.live.wrench import (
     View,
     add_force,
@@ -142,14 +149,14 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
             arms[3 * index : 3 * index + 3],
             maps[index],
         )
-        if hangs(index, row, body, state):
+        if is_in_air(index, row, body, state):
             on_ground[index] = 0.0
             if state.in_air[index] >= body.air_dwell and body.learns_in_air != 0.0:
                 learn_in_air(index, maps[index], body, state)
     if body.balances != 0.0:
         balance_body(row, turning, maps, on_ground, body, state)
     if body.only_pushes != 0.0:
-        only_push(maps, body, state)
+        learn_no_pull(maps, body, state)
     fu.stay_in_sets(fusion)
     h = np.zeros(fu.N)
     for index in range(4):
@@ -196,11 +203,11 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
         rows[r, fu.BALANCE + r] = 1.0
         variance[r] = body.force_variance if r < 3 else body.moment_variance
     variance[2] += (body.blow_share * row.ordered_thrust) ** 2
-    if carries(rows, wrench, variance[2], body, state):
+    if something_else_carries(rows, wrench, variance[2], body, state):
         return
     slides = slides and state.support.otherwise == 0.0
     if slides:
-        blame.look(rows, wrench, variance, state.fusion)
+        faulty_sensor.take_balance(rows, wrench, variance, state.fusion)
     shows = slides and row.ordered_thrust == 0.0
     for r in range(6):
         learns = 2 <= r < 5 and shows
@@ -290,9 +297,8 @@ def step_body(row: Any, body: Any, state: Any) -> None:
         axis = state.axes[index]
         readings = row.pressure_a[index], row.pressure_b[index], extension[index]
         loads = loads_of(index, state.last_force[index // 3], arms[index])
-        if (
-            state.in_air[index // 3] >= body.air_dwell
-        ):  # what its cylinders seem to push is friction
+        # What its cylinders seem to push is friction.
+        if state.in_air[index // 3] >= body.air_dwell:
             loads = Loads(0.0, 0.0)
         step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[index], axis)
         joints.position[index] = row.position[index]
@@ -361,7 +367,7 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
             map_,
         )
         for j in range(3):
-            off = learnt(3 * index + j, state)
+            off = force_error(3 * index + j, state)
             for r in range(3):
                 force[index, r] -= map_[r, j] * off
         loads[index] = persistent.step(state.filters[index], force[index, 2], body.filter)
@@ -374,7 +380,7 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
         own.x[index], own.y[index] = state.level[index, 0], state.level[index, 1]
         own.x_sd[index], own.y_sd[index] = state.force_sd[index, 0], state.force_sd[index, 1]
     if body.shakes != 0.0:
-        shake(row.specific_force[2], loads, body, state.shaken)
+        add_fast_changes(row.specific_force[2], loads, body, state.shaken)
     for index in range(4):
         load = loads[index]
         state.last_force[index, 2] = row.estimate.own[index] = own.z[index] = load

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.robot.attitude import write_rotation
 from testbed.robot.loads import foot_forces as ff
+from testbed.robot.model import write_rotation
 
 
 @njit

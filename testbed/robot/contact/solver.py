@@ -8,12 +8,11 @@ is deformed by u = h n - (t + r x p); its force f is the one that minimises the 
 friction * f.n. Equilibrium: sum of the feet's wrenches + load = 0.
 
 For given friction bounds this is one convex problem in six variables, solved by Newton's method
-with a line search
-(each foot: release what pulls, let slide what slides, in closed form); the bounds then follow the
-normal loads until
-they agree (Coulomb: sliding does not lift a foot, unlike the associated cone). A soft spring
-SUPPORT on the body makes the problem solvable when the feet cannot balance the load: what it
-carries is the missing wrench, the least possible for the normal loads found.
+with a line search (each foot: release what pulls, let slide what slides, in closed form); the
+bounds then follow the normal loads until they agree (Coulomb: sliding does not lift a foot, unlike
+the associated cone). A soft spring SUPPORT on the body makes the problem solvable when the feet
+cannot balance the load: what it carries is the missing wrench, the least possible for the normal
+loads found.
 """
 
 from __future__ import annotations

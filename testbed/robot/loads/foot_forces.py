@@ -7,10 +7,10 @@ engine's velocities before and after a step and its masses this is the contact f
 rounding (tested against the engine's contact points), without fetching contacts. In the body frame,
 e_r along the radial joint, e_z up, f_i = m_i (a_i - g):
 
-    along the vertical joint (-e_z):   -e_z . f_3                 = tau_3 - e_z . F
-    along the radial joint (e_r):       e_r . (f_2 + f_3)         = tau_2 + e_r . F
-    about the rotation axis (e_z):      e_z . sum(rho_i x f_i + d/dt I_i w) = tau_1 + e_z . (rho_F x
-    F)
+    along the vertical joint (-e_z):  -e_z . f_3 = tau_3 - e_z . F
+    along the radial joint (e_r):      e_r . (f_2 + f_3) = tau_2 + e_r . F
+    about the rotation axis (e_z):     e_z . sum(rho_i x f_i + d/dt I_i w)
+                                           = tau_1 + e_z . (rho_F x F)
 
 rho_F is where the ground touches the foot. The normal force is taken along the ground's normal
 there.

@@ -1,27 +1,96 @@
 """Expected foot loads: what each foot should carry, from weight, posture, ropes and drill.
 
 Four feet and six equations: on a plane the normal loads have one degree of freedom that equilibrium
-leaves open (an
-internal force: one diagonal against the other). Compliance and the feet's free heights decide it,
-so every answer comes with its sensitivity to height errors. A foot never pulls; friction is
-Coulomb's.
+leaves open (an internal force: one diagonal against the other). Compliance and the feet's free
+heights decide it, so every answer comes with its sensitivity to height errors. A foot never pulls;
+friction is Coulomb's.
 
 Wrenches are force and moment about the body's origin, body frame, N and N m, acting on the machine.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from testbed.formats.arrays import Array
+
+# How much a foot gives: the oil columns of its three cylinders in series with the ground.
+#
+# A locked cylinder is a spring of the two oil volumes, k = A_A^2 / (V_A / beta + E_A) + A_B^2 /
+# (V_B / beta + E_B), V_A = dead + A_A x, V_B = dead + A_B (stroke - x), E the widening of their
+# hoses. Through the leg's Jacobian J (3 x 3) its compliance reaches the foot: J diag(1/k) J^T. Use
+# it where positions are those of the unloaded cylinders; where positions are measured under load
+# they contain the oil's give already, and only the ground (and frame) is left.
+from testbed.formats.records import SET
+from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, VERTICAL
 from testbed.robot.contact.geometry import FootLoads, Ground, Legs, feet_under_load
-from testbed.robot.loads.compliance import OilColumns
-from testbed.robot.model import Payload, RobotModel
+from testbed.robot.linkage import Linkages
+from testbed.robot.model import Payload, RobotModel, rotation_from_attitude
+
+WORKING_PRESSURE_PA = 4.0e6
+"""Gauge pressure at which the oil's modulus is taken: 15 kN on the 70 mm bore (a foot's share with
+its load).
+"""
+
+
+class OilColumns:
+    """The twelve locked cylinders as springs."""
+
+    def __init__(self, machine: Machine) -> None:
+        """Areas and volumes of the twelve cylinders of the machine."""
+        self._linkages = Linkages.from_machine(machine)
+        cylinders = [axis.cylinder for axis in machine.axes.values()]
+        self._area_a = np.array([math.pi / 4 * cylinder.bore_m**2 for cylinder in cylinders])
+        self._area_b = self._area_a - np.array(
+            [math.pi / 4 * cylinder.rod_m**2 for cylinder in cylinders]
+        )
+        self._dead_a = np.array([cylinder.dead_volume_a_m3 for cylinder in cylinders])
+        self._dead_b = np.array([cylinder.dead_volume_b_m3 for cylinder in cylinders])
+        self._stroke = self._linkages.stroke_m
+        oil = machine.oil
+        self._hoses = oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa
+        self._bulk, self._air = oil.bulk_modulus_pa, oil.entrained_air
+        self._modulus = self._modulus_pa(WORKING_PRESSURE_PA)
+
+    def _modulus_pa(self, gauge_pa: float) -> float:
+        return float(
+            effective_bulk_modulus(max(gauge_pa, 0.0) + ATMOSPHERE_PA, self._bulk, self._air)
+        )
+
+    def stiffness_n_m(
+        self, extensions_m: ArrayLike, pressures_pa: tuple[Array, Array] | None = None
+    ) -> Array:
+        """Stiffness (12,) of the locked cylinders at extensions (12,), N/m (module docstring).
+
+        pressures_pa: gauge pressures (12,), (12,) of chambers A and B where they are known: oil
+        with air in it is softer at low pressure. Without them it is that of WORKING_PRESSURE_PA.
+        """
+        extensions = np.asarray(extensions_m, dtype=float)
+        volume_a = self._dead_a + self._area_a * extensions
+        volume_b = self._dead_b + self._area_b * (self._stroke - extensions)
+        of_a = of_b = np.asarray(self._modulus)
+        if pressures_pa is not None:
+            of_a, of_b = (np.array([self._modulus_pa(float(p)) for p in of]) for of in pressures_pa)
+        gives_a, gives_b = volume_a / of_a + self._hoses[0], volume_b / of_b + self._hoses[1]
+        return np.asarray(self._area_a**2 / gives_a + self._area_b**2 / gives_b)
+
+    def joint_compliance(
+        self, positions: ArrayLike, pressures_pa: tuple[Array, Array] | None = None
+    ) -> Array:
+        """Compliance (12,) of the locked joints at joint positions (12,): rad/(N m) for rotation,
+        else m/N.
+
+        pressures_pa: see stiffness_n_m.
+        """
+        extensions, arms = self._linkages.rods(positions)
+        return np.asarray(1.0 / (self.stiffness_n_m(extensions, pressures_pa) * arms**2))
 
 
 @dataclass(frozen=True)
@@ -192,3 +261,79 @@ def internal_force_of(feet_xy: Array) -> Array:
     """
     null = np.linalg.svd(np.vstack([np.ones(len(LEGS)), feet_xy.T]))[2][3]
     return np.asarray(null * np.sign(null[0]))
+
+
+# What the drill and its rods do to the machine, as far as its own controls know it.
+#
+# Controls order the feed and the torque, and count the rods: how many hang in the hole, how many
+# stand in the mast, how many are left in the store. A rod on its way from the store to the hole
+# moves its weight across the platform, and in the hole a part of that weight lies on the hole's
+# wall.
+
+
+def rods_wrench(model: RobotModel, known: Any, gravity_in_body: ArrayLike) -> Array:
+    """Weight of the rods on the machine (6,), body frame, beyond what the store carried at the
+    start.
+
+    `known`: a DrillKnown or a row with its fields; gravity (3,) m/s2. The string in the hole hangs
+    on the feed by its part along the hole; what stands in the mast, and what the store gains or
+    loses, acts with all its weight at its place.
+    """
+    gravity = np.asarray(gravity_in_body, dtype=float)
+    in_hole, in_mast = float(known["rods_in_hole"]), float(known["rods_in_mast"])
+    height, stored = float(known["rods_mast_height"]), float(known["rods_stored"])
+    if in_hole == 0.0 and in_mast == 0.0 and stored == 0.0:
+        return np.zeros(6)
+    hanging = drill_wrench(model, in_hole * float(gravity[2]))
+    standing = point_wrench(in_mast * gravity, model.drill_mount_m + np.array([0.0, 0.0, height]))
+    return hanging + standing + point_wrench(stored * gravity, model.rod_store_m)
+
+
+def known_wrench(model: RobotModel, known: Any, gravity_in_body: ArrayLike) -> Array:
+    """Everything of the drill that controls know of (6,): `known` as in `rods_wrench`, gravity (3,)
+    in the body frame.
+    """
+    ordered = drill_wrench(model, float(known["ordered_thrust"]), float(known["ordered_torque"]))
+    return ordered + rods_wrench(model, known, gravity_in_body)
+
+
+# Expected foot loads, live: posture from the encoders, attitude, rope tensions and what the drill's
+# controls know.
+
+
+class Expectation:
+    """The believed machine's foot loads along the vertical joints, N (4), from measurements alone.
+
+    `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as
+    surveyed at the start (a 30 m rope turns by less than 2 degrees a metre climbed).
+    """
+
+    def __init__(self, loads: ExpectedLoads, rope_directions_in_world: Array) -> None:
+        self._loads = loads
+        self.rope_directions_in_world = rope_directions_in_world
+        self._rope_forces = np.zeros((2, 3))
+
+    def loads(
+        self,
+        position: Array,
+        gravity_in_body: Array,
+        tension_n: Array,
+        attitude_rad: Array,
+        drill: Array,
+        standing: Array,
+    ) -> Array:
+        """Loads (4), N: position (12), gravity (3) in body, tensions (2), roll pitch yaw (3), drill
+        (KNOWN).
+
+        `standing` (4): 1 for a foot that is meant to carry, 0 for one in the air.
+        """
+        rotation = rotation_from_attitude(attitude_rad)
+        self._rope_forces[:] = tension_n[:, None] * (self.rope_directions_in_world @ rotation)
+        found = self._loads.solve(
+            position,
+            gravity_in_body,
+            rope_forces_in_body=self._rope_forces,
+            drill_wrench_in_body=known_wrench(self._loads.model, drill, gravity_in_body),
+            footing=Footing(in_contact=standing > SET),
+        )
+        return np.asarray(found.vertical_load_n)

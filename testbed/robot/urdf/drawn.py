@@ -13,7 +13,7 @@ import numpy as np
 from testbed.formats.arrays import Array
 from testbed.machine.urdf_check import read_urdf
 from testbed.machine.urdf_geometry import link_of, origin_of
-from testbed.robot.urdf.shapes import COLOURS, Shape
+from testbed.robot.urdf.drawing import COLOURS, Shape
 
 PLAIN = "grey"
 """Colour of what names none of ours."""

@@ -20,11 +20,10 @@ from pathlib import Path
 from testbed.formats.files import write_text
 from testbed.machine.build import build_machine
 from testbed.machine.frame_groups import RotationJoint, SlidingJoint
+from testbed.machine.groups import Group
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS, SIDES
-from testbed.machine.number_types import Group
-from testbed.robot.urdf.drawing import visuals
-from testbed.robot.urdf.shapes import COLOURS, Shape, Vector, box_inertia
+from testbed.robot.urdf.drawing import COLOURS, Shape, Vector, box_inertia, visuals
 
 HOLDERS = {
     "drill": ("drill_mast", "rod_store"),

@@ -111,9 +111,8 @@ class DrillProgram:
         if lap > 0 and not task.repeat:
             self.phase = "done"
             return
-        k = (
-            min(bisect_right(self._starts, self._starts[0] + since), len(task.phases)) - 1
-        )  # the sum may round up
+        # The sum may round up.
+        k = min(bisect_right(self._starts, self._starts[0] + since), len(task.phases)) - 1
         phase = task.phases[k]
         begun = since - (self._starts[k] - self._starts[0])
         ramp = ramp_share(begun, phase.duration_s, task.ramp_s)

@@ -46,8 +46,8 @@ def strata_of(
     the first is solid.
 
     Thicknesses are exponentially distributed about their mean, but for a least one of a tenth of
-    it. Strengths have a
-    random stream of their own: without spread, and with any, the layers are the same.
+    it. Strengths have a random stream of their own: without spread, and with any, the layers are
+    the same.
     """
     bottoms: list[float] = []
     kinds: list[str] = []

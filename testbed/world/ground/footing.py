@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from testbed.effects.hidden import HiddenFoot
+from testbed.effects.terms import HiddenFoot
 from testbed.formats.arrays import Array
 from testbed.laws.settlement import settled
 from testbed.machine.names import LEGS
@@ -148,9 +148,8 @@ class Footing:
                 heights, normals[:] = self._ground.surface(local[:, :2])
             if self._ticks == 1:  # no contacts yet
                 normals[:] = [self._engine.feet.gap(leg)[1] for leg in range(4)]
-            if (
-                due or self._ground.heights_m is not None
-            ):  # on straight pieces a standing foot keeps its normal
+            # On straight pieces a standing foot keeps its normal.
+            if due or self._ground.heights_m is not None:
                 self._engine.feet.normals(normals)
         if local is None and not self._loose:
             return

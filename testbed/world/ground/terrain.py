@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from testbed.formats.arrays import Array
+from testbed.scenario.parts import Ropes
 from testbed.scenario.terrain import Terrain
-from testbed.scenario.world_parts import Ropes
 
 
 def ground_shape(bullet: Any, ground: Ground) -> int:

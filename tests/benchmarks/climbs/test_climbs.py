@@ -19,7 +19,7 @@ from testbed.scenario.tasks import Crawl
 GOOD = Outcome("plane 45", 1, "stood", 10.01, 510.0, 102, 0.003, 0.13, 3200.0, 1.8e4, 0.7)
 
 STILL = """
-from testbed.control.command import Command
+from testbed.control.gait import Command
 
 
 class Still:

@@ -9,7 +9,7 @@ import pytest
 from shipped import MACHINE, shipped_model, slope_gravity
 
 from testbed.benchmarks.climbs.expected_loads import QUARTER_N, scores, stand, table
-from testbed.benchmarks.climbs.known_footing import (
+from testbed.benchmarks.climbs.stands import (
     fixed_combinations,
     heights_under_load,
     load_interval_n,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.benchmarks.climbs.quiet_stand import LOCKED, NO_LEAKAGE, foot_loads
+from testbed.benchmarks.climbs.stands import LOCKED, NO_LEAKAGE, foot_loads
 
 QUARTER_WEIGHT_N = 4000.0 * 9.81 / 4
 

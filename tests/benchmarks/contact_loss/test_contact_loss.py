@@ -11,11 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from testbed.benchmarks.contact_loss import floor, limit
+from testbed.benchmarks.contact_loss import bounds
 from testbed.benchmarks.contact_loss.benchmark import Commissioned, ContactLoss
 from testbed.benchmarks.contact_loss.page import page
-from testbed.benchmarks.contact_loss.published import published
-from testbed.benchmarks.contact_loss.rivals import rivals, shipped_thresholds
+from testbed.benchmarks.contact_loss.rivals import published, rivals, shipped_thresholds
 from testbed.benchmarks.contact_loss.scenes import (
     GROUP,
     MACHINES,
@@ -33,13 +32,12 @@ from testbed.benchmarks.contact_loss.summary import (
     tuned,
 )
 from testbed.benchmarks.contact_loss.warning import CURVE_N
-from testbed.benchmarks.marks import code
-from testbed.benchmarks.statistics import poisson, wilson
+from testbed.benchmarks.harness import code, poisson, wilson
 from testbed.cli import main
 from testbed.errors import InputError
+from testbed.estimation.contact_losses import LossRule
 from testbed.estimation.detectors.base import DROP, Hold
 from testbed.estimation.detectors.table import BEST
-from testbed.estimation.losses import LossRule
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES, VERTICAL
 from testbed.scenario.scenario import load_scenario
@@ -119,20 +117,20 @@ def test_the_limit_s_sets_hold_the_truth_and_four_feet_know_more_than_one() -> N
     load, width = rng.uniform(0.0, 9000.0, (500, 4)), np.array([700.0, 900.0, 1100.0, 600.0])
     middle = load + rng.uniform(-1.0, 1.0, (500, 4)) * width
     low, high = np.maximum(middle - width, 0.0), middle + width
-    twist = limit.twists(np.zeros((500, 12)))
+    twist = bounds.internal_modes(np.zeros((500, 12)))
     assert twist.sum(axis=1) == pytest.approx(0.0, abs=1e-9)
     assert np.sign(twist[0]).tolist() in ([1, -1, -1, 1], [-1, 1, 1, -1])
-    below, above = limit.balanced(low, high, load, twist)
+    below, above = bounds.balanced(low, high, load, twist)
     assert (below <= load + 1e-6).all() and (above >= load - 1e-6).all()
     assert (below >= low - 1e-6).all() and (above <= high + 1e-6).all()
     assert (above - below).mean() < 0.6 * (high - low).mean()
 
 
-def _path(oil_degc: float, samples: int, *changes: str) -> floor.SensorPath:
+def _path(oil_degc: float, samples: int, *changes: str) -> bounds.SensorPath:
     """The sensors of the drawing-board machine in a run of drill_slope_45."""
     scenario = load_scenario("drill_slope_45", changes, 3)
     chamber_b = np.full((samples, 4), 3.0e6)
-    return floor.SensorPath.built(build_machine(), scenario, chamber_b, np.full(samples, oil_degc))
+    return bounds.SensorPath.built(build_machine(), scenario, chamber_b, np.full(samples, oil_degc))
 
 
 CALIBRATED_DEGC = build_machine().sensor.calibration_temperature_degc
@@ -140,8 +138,10 @@ CALIBRATED_DEGC = build_machine().sensor.calibration_temperature_degc
 
 def test_the_floor_finds_a_loss_at_once_and_is_not_taken_in_by_a_short_gap() -> None:
     normal = _normal((1, 5000, 5000), (0.008, 0, 0), (1, 5000, 5000), (0.5, 0, 0), (1, 5000, 5000))
-    scores = floor.floor_scores(normal, _path(CALIBRATED_DEGC, len(normal)), RULE, DT)
-    (found,) = scored(scores, np.array([floor.THRESHOLD]), _reference(normal), floor.HOLD)
+    scores = bounds.floor_scores(normal, _path(CALIBRATED_DEGC, len(normal)), RULE, DT)
+    (found,) = scored(
+        scores, np.array([bounds.FLOOR_THRESHOLD]), _reference(normal), bounds.FLOOR_HOLD
+    )
     assert found["false_alarms"] == [0, 0, 0]
     assert found["delays_s"] == pytest.approx([0.012], abs=0.004)
 
@@ -167,7 +167,7 @@ def test_the_floor_gives_back_what_its_sensors_show_below_nothing() -> None:
     normal = _normal((1, 5000, 5000), (1, 0, 0), (2, 500, 500))
     path = _path(CALIBRATED_DEGC, len(normal))
     path.transducers["zero"][0, 0] = -600.0 / path.areas_m2[0, 0]
-    scores = floor.floor_scores(normal, path, RULE, DT)
+    scores = bounds.floor_scores(normal, path, RULE, DT)
     assert np.all(scores[1100:2000, 0] > 0.0) and np.all(scores[2100:, 0] < 0.0)
 
 
@@ -177,7 +177,7 @@ def test_the_floor_looks_through_the_run_s_own_transducers() -> None:
     simulation = Simulation(scenario)
     truth = simulation.machines.truth
     simulation.close()
-    path = floor.SensorPath.built(truth, scenario, np.zeros((1, 4)), np.zeros(1))
+    path = bounds.SensorPath.built(truth, scenario, np.zeros((1, 4)), np.zeros(1))
     there = simulation.machine.board["transducers"][:, list(VERTICAL)]
     for name in ("thermal", "thermal_gain", "bow", "hysteresis", "ripple", "ripple_phase"):
         assert np.array_equal(path.transducers[name], there[name]), name

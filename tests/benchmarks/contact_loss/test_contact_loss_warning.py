@@ -22,7 +22,7 @@ from testbed.benchmarks.contact_loss.warning_numbers import neighbours, report
 from testbed.benchmarks.contact_loss.warning_rule import NUMBERS, STEP_S
 from testbed.benchmarks.contact_loss.warning_rule import raised as _rule_raised
 from testbed.errors import InputError
-from testbed.estimation.losses import LossRule
+from testbed.estimation.contact_losses import LossRule
 
 DT = 1e-3
 RULE, NEAR_N = LossRule(10_000.0), 600.0

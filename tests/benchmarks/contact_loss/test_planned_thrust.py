@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.benchmarks.contact_loss.planned_thrust import planned_thrust
+from testbed.benchmarks.contact_loss.warning import planned_thrust
 from testbed.laws.drill import DrillLoads
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import Drill, PullOut, Push, Rest

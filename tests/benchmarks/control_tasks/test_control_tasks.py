@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.control_tasks import benchmark
-from testbed.benchmarks.control_tasks.agents.drill_hole import Adaptive, Drill, Reserve
-from testbed.benchmarks.control_tasks.agents.keep import (
+from testbed.benchmarks.control_tasks.agents import (
     ROPE_N_M,
     STEP_S,
+    Adaptive,
+    Drill,
     Hauling,
+    Reserve,
     Secure,
     Yielding,
     secure_share,
@@ -31,8 +33,8 @@ from testbed.benchmarks.control_tasks.benchmark import (
 from testbed.benchmarks.control_tasks.episodes import Branches, episode
 from testbed.benchmarks.control_tasks.oracle import search
 from testbed.benchmarks.control_tasks.tasks import TASKS, Entrant, Task
-from testbed.control.layers.shift import SHIFT_SPEED_M_S
-from testbed.control.observed import Observed
+from testbed.control.gait import Observed
+from testbed.control.layers import SHIFT_SPEED_M_S
 from testbed.envs.drill_hole import FEED_N, FEED_RANGE_N
 from testbed.envs.observations import HOLE_TABLE, KEEP_TABLE
 from testbed.errors import InputError

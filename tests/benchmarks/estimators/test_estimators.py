@@ -25,7 +25,7 @@ from testbed.benchmarks.harness import write
 from testbed.errors import InputError
 from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.scenario.scenario import load_scenario
-from testbed.world.believed import OwnBelief
+from testbed.world.believed_robot import BelievedRobot
 
 
 def test_marks_of_known_errors() -> None:
@@ -65,7 +65,7 @@ def test_a_short_run_is_scored_and_written(tmp_path: Path) -> None:
         "class Mine:\n    def update(self, row):\n        return row.estimate.two_chamber\n"
     )
     own = f"{tmp_path / 'mine.py'}:Mine"
-    found = scores(series, OwnBelief(MACHINE, sure=Uncertainty(None)), (own,))
+    found = scores(series, BelievedRobot(MACHINE, sure=Uncertainty(None)), (own,))
     assert found[own] == found["two_chamber"]
     errors = {name: marks(found[name]["all"])["rmse_n"] or 0.0 for name in found}
     assert (

@@ -10,8 +10,7 @@ import pytest
 
 from testbed.benchmarks.filters import rivals
 from testbed.benchmarks.filters.benchmark import Filters, compare_scene, half_height_delays
-from testbed.benchmarks.filters.rivals import OWN, RIVALS
-from testbed.benchmarks.filters.scenes import SCENES, scene, spikes
+from testbed.benchmarks.filters.rivals import OWN, RIVALS, SCENES, scene, spikes
 from testbed.benchmarks.harness import run
 from testbed.estimation.filters import kbf, persistent
 from testbed.estimation.filters.kbf import KalmanState

@@ -13,11 +13,15 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.harness import rounded, run
-from testbed.benchmarks.hydraulics.balance import balance, machine, oil
-from testbed.benchmarks.hydraulics.benchmark import Hydraulics, compare, kernel_forces
-from testbed.benchmarks.hydraulics.creep import creep
+from testbed.benchmarks.hydraulics.balance import balance, creep, machine, oil
+from testbed.benchmarks.hydraulics.benchmark import (
+    KINDS,
+    Hydraulics,
+    compare,
+    kernel_forces,
+    manoeuvre,
+)
 from testbed.benchmarks.hydraulics.kernel_speed import compare_speed
-from testbed.benchmarks.hydraulics.manoeuvres import KINDS, manoeuvre
 from testbed.errors import InputError
 from testbed.laws.holding import PILOT_CHECK
 from testbed.laws.hydraulics import (
@@ -38,7 +42,7 @@ from testbed.laws.supply import (
     wanted_stroke,
 )
 from testbed.machine.build import build_machine
-from testbed.scenario.world_parts import HYDRAULIC_PARTS
+from testbed.scenario.parts import HYDRAULIC_PARTS
 from testbed.world.hydraulic_parameters import unit_parameters
 from testbed.world.switches import AXIS_OFF, UNIT_OFF, switch_off
 

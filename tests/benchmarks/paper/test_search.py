@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.benchmarks.paper.machine import of_set
-from testbed.benchmarks.paper.search import KINDS, RANGES, bench, draw, inferred
+from testbed.benchmarks.paper.leg import of_set
+from testbed.benchmarks.paper.sensitivity import KINDS, RANGES, bench, draw, inferred
 from testbed.machine.build import build_machine
 
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 
 import pytest
 
-from testbed.benchmarks.paper.machine import Chosen, changed, chosen, of_set, once_per_machine
+from testbed.benchmarks.paper.leg import Chosen, changed, chosen, of_set, once_per_machine
 from testbed.benchmarks.paper.stick_slip import net_damping_n_s_m, seal_of, slips_at
 from testbed.machine.build import build_machine
-from testbed.machine.sets import machine_set
+from testbed.machine.provenance import machine_set
 
 
 def test_without_a_falling_curve_the_net_damping_is_the_viscous_one_and_the_oils() -> None:

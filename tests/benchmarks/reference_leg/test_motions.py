@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.benchmarks.reference_leg.motions import DURATION_S, IDENTIFY, VERIFY, target
+from testbed.benchmarks.reference_leg.rigs import DURATION_S, IDENTIFY, VERIFY, target
 from testbed.benchmarks.reference_leg.sensors import _line, _sensor_effects
 
 STROKE_M, GROUND_M, RATE_HZ = 0.5, 0.35, 500.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from testbed.benchmarks.speed.environments import against_bare, resets
+from testbed.benchmarks.speed.bench import against_bare, resets
 
 
 @pytest.mark.slow

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from testbed.benchmarks.speed import command
-from testbed.benchmarks.speed.command import ALLOWED_S, command_speeds, table
+from testbed.benchmarks.speed import whole_runs
+from testbed.benchmarks.speed.whole_runs import ALLOWED_S, command_speeds, command_table
 from testbed.errors import InputError
 
 
@@ -26,7 +26,7 @@ class _Bare:
 @pytest.fixture
 def bare(monkeypatch: pytest.MonkeyPatch) -> _Bare:
     engine = _Bare()
-    monkeypatch.setattr(command, "bare_engine", lambda _: engine)
+    monkeypatch.setattr(whole_runs, "bare_engine", lambda _: engine)
     return engine
 
 
@@ -38,7 +38,7 @@ def _stands_for_testbed(monkeypatch: pytest.MonkeyPatch, reports: bool) -> None:
             (out / "report.html").write_text("a page")
         return subprocess.CompletedProcess(words, 0, "", "broke")
 
-    monkeypatch.setattr(command.subprocess, "run", run)
+    monkeypatch.setattr(whole_runs.subprocess, "run", run)
 
 
 def test_the_bare_engine_takes_as_many_steps_as_the_run(
@@ -49,7 +49,7 @@ def test_the_bare_engine_takes_as_many_steps_as_the_run(
     assert bare.steps == 20_000 and found["simulated_s"] == 20.0
     assert found["beyond_s"] == found["command_s"] - found["bare_s"]
     assert found["allowed_s"] == ALLOWED_S
-    assert table([found]).rows[0][0] == "stand_flat"
+    assert command_table([found]).rows[0][0] == "stand_flat"
 
 
 def test_a_command_without_a_report_is_no_measurement(

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.control.command import Command
+from testbed.control.gait import Command
 
 SPEED_M_S = 0.02
 

@@ -18,9 +18,9 @@ from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.machine.scale import Scale
-from testbed.robot.kinematics import LegKinematics
 from testbed.robot.loads.foot_loads import external_wrench, point_wrench
 from testbed.robot.model import RobotModel
+from testbed.robot.robot import LegKinematics
 from testbed.robot.stability import wrench_margin_n
 
 SWAYS_M = np.arange(0.0, 0.241, 0.015)

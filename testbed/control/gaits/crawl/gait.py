@@ -3,9 +3,9 @@ and again.
 
 Feet and body are reckoned in the path frame: parallel to the slope, where the body frame stood at
 the start. What comes next is planned in walk_plan.py, where feet and body may go in footholds.py,
-how fast in pace.py, how a leg swings in swing.py, how its foot finds the ground in
-ground_search.py, how standing feet keep the body level in levelling.py, what the ropes do in
-rope_hold.py; this file is the order of events.
+how fast in pace.py, how a leg swings and its foot finds the ground in swing.py, how standing feet
+keep the body level in posture.py, what the ropes do in rope_hold.py; this file is the order of
+events.
 """
 
 from __future__ import annotations
@@ -15,17 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from testbed.control.command import Command
-from testbed.control.gait import BelievedStart
+from testbed.control.gait import BelievedStart, Command, Measured
 from testbed.control.gaits.crawl.footholds import Footholds
-from testbed.control.gaits.crawl.ground_search import GroundSearch
-from testbed.control.gaits.crawl.levelling import Levelling
 from testbed.control.gaits.crawl.pace import Pace
-from testbed.control.gaits.crawl.phases import IN_THE_AIR, BodyWay, Doing, Phase
-from testbed.control.gaits.crawl.reach import explained
+from testbed.control.gaits.crawl.posture import Levelling, explained
 from testbed.control.gaits.crawl.rope_hold import RopeHold
+from testbed.control.gaits.crawl.swing import IN_THE_AIR, Activity, BodyWay, GroundSearch, Phase
 from testbed.control.gaits.crawl.walk_plan import SEAT_S, Stride, WalkPlan
-from testbed.control.measured import Measured
 from testbed.errors import InputError
 from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import LEGS, ROTATION, VERTICAL
@@ -126,15 +122,19 @@ class CrawlGait:
     @property
     def between(self) -> bool:
         """Whether one motion is over and the next has not begun, with all feet meant to stand."""
-        swinging = self._queue and self._queue[0].doing in (Doing.SWING, Doing.SEARCH, Doing.SEAT)
+        swinging = self._queue and self._queue[0].doing in (
+            Activity.SWING,
+            Activity.SEARCH,
+            Activity.SEAT,
+        )
         return self._phase is None and not swinging
 
     def end_walk(self) -> int:
         """Make no more swings than are begun, then bring the body over its feet; returns how many
         are left.
         """
-        begun = sum(phase.doing is Doing.SEAT for phase in self._queue)
-        if self._phase is not None and self._phase.doing is Doing.SEAT:
+        begun = sum(phase.doing is Activity.SEAT for phase in self._queue)
+        if self._phase is not None and self._phase.doing is Activity.SEAT:
             begun += 1
         left = max(self.task.steps - self.steps_done - begun, 0)
         self.task = self.task.model_copy(update={"steps": self.task.steps - left})
@@ -165,7 +165,7 @@ class CrawlGait:
         stance = np.ones(len(LEGS), dtype=bool)
         if t >= self.task.start_s and not self.done:
             self._go(dt, measured, stance, levelling)
-        at_it = self._phase is not None and self._phase.doing is Doing.SEAT
+        at_it = self._phase is not None and self._phase.doing is Activity.SEAT
         seating = at_it or self._seated_s < SEAT_S
         levelling.correct(self._feet, self._body, stance, measured, seating, dt)
         self._joints = self._footholds.joints(self._feet, self._body)
@@ -192,7 +192,7 @@ class CrawlGait:
         if phase is None:
             phase = self._phase = self._next_phase()
             levelling.stand_on(self._feet)
-        self._clock += dt * (self._keeping_up(measured) if phase.doing is Doing.SWING else 1.0)
+        self._clock += dt * (self._keeping_up(measured) if phase.doing is Activity.SWING else 1.0)
         if self._way_clock < self._way.duration_s:
             self._way_clock += dt * self._readiness(measured)
             self._body = self._way.at(self._way_clock)
@@ -210,7 +210,7 @@ class CrawlGait:
             self.groups += 1
             self._returning = self.steps_done >= self.task.steps
         phase, self._clock = self._queue.pop(0), 0.0
-        if phase.doing is Doing.SEAT:
+        if phase.doing is Activity.SEAT:
             self._seated_s = 0.0
         if phase.way is not None:
             self._way, self._way_clock = phase.way, 0.0
@@ -255,14 +255,14 @@ class CrawlGait:
     def _is_over(self, phase: Phase, share: float, dt: float, measured: Measured) -> bool:
         """Move the phase's foot by dt s; whether the phase has done what it is there for."""
         load_n = float(measured.load[phase.leg])
-        if phase.doing is Doing.UNLOAD:
+        if phase.doing is Activity.UNLOAD:
             self._feet[phase.leg, 2] += self._scale.speed * UNLOAD_M_S * dt
             return share >= 1.0 or load_n < UNLOADED_SHARE * self._ground.touch_n
-        if phase.doing is Doing.SWING:
+        if phase.doing is Activity.SWING:
             return self._swing(phase, share, dt, measured)
-        if phase.doing is Doing.SEARCH:
+        if phase.doing is Activity.SEARCH:
             return self._search(phase, dt, measured)
-        if phase.doing is Doing.SEAT:
+        if phase.doing is Activity.SEAT:
             return share >= 1.0 and self._seated(phase, share, load_n)
         lead_s = self._plan.manner.lead_s if self._queue else 0.0
         return self._way_clock >= self._way.duration_s - lead_s
@@ -313,7 +313,7 @@ class CrawlGait:
         """The foot stays where the encoders see it; what is left of this leg's swing is not needed
         any more.
         """
-        if self._queue and self._queue[0].leg == leg and self._queue[0].doing is Doing.SEARCH:
+        if self._queue and self._queue[0].leg == leg and self._queue[0].doing is Activity.SEARCH:
             self._queue.pop(0)
         seen = self._legs.feet(measured.position - self._footholds.nought)
         self._feet[leg] = self._body + seen[leg]

@@ -39,7 +39,7 @@ pull unequally tip the body towards the foot in the air.
 """
 
 
-class Keeping(NamedTuple):
+class TensionGains(NamedTuple):
     """How tensions are kept while the body moves."""
 
     gain_m_s_n: float
@@ -61,7 +61,7 @@ class RopeHold:
     def __post_init__(self) -> None:
         self._any = bool(self.tension_n.any())
         speed = self.scale.speed
-        self._keeping = Keeping(
+        self._keeping = TensionGains(
             speed / self.scale.force * TENSION_GAIN_M_S_N, speed * CORRECTION_M_S
         )
         self.ways_m: Array = self.anchors_m - self.attachments_m
@@ -180,7 +180,14 @@ def rope_readiness(ways: Any, pull: Any, body: Any, measured_n: Any, part: float
 
 @njit
 def rope_rates(
-    ways: Any, pull: Any, body: Any, before: Any, dt: float, measured_n: Any, by: Keeping, out: Any
+    ways: Any,
+    pull: Any,
+    body: Any,
+    before: Any,
+    dt: float,
+    measured_n: Any,
+    by: TensionGains,
+    out: Any,
 ) -> None:
     """See RopeHold.rates_m_s."""
     directions = np.empty((2, 3))

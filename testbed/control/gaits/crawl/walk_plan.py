@@ -9,11 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.control.gaits.crawl.footholds import Footholds, Swings
-from testbed.control.gaits.crawl.ground_search import GroundSearch
 from testbed.control.gaits.crawl.pace import Pace, progress
-from testbed.control.gaits.crawl.phases import BodyWay, Doing, Phase
 from testbed.control.gaits.crawl.rope_hold import RopeHold
-from testbed.control.gaits.crawl.swing import Swing
+from testbed.control.gaits.crawl.swing import Activity, BodyWay, GroundSearch, Phase, Swing
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
@@ -43,14 +41,14 @@ holds is taken.
 """
 WAITS = np.linspace(0.0, 1.0, 5)
 """Where the next swings are out of reach, the body falls behind its plan by the first of these
-shares of its next way
-that brings them within reach: on rock a foot does not always stand where it was meant to."""
+shares of its next way that brings them within reach: on rock a foot does not always stand where it
+was meant to."""
 REHEARSED = 8
 """Swings that are planned before the first one is made."""
 
 
 @dataclass(frozen=True)
-class Manner:
+class GaitStyle:
     """What makes a gait one of its own. All numbers (E)."""
 
     creep: float
@@ -67,12 +65,12 @@ class Manner:
     """See Pace."""
 
 
-UNHURRIED = Manner(0.0)
-MANNERS = {
+UNHURRIED = GaitStyle(0.0)
+STYLES = {
     "two_phase": UNHURRIED,
-    "wave": Manner(0.5),
-    "flowing": Manner(0.6, flows=True),
-    "brisk": Manner(0.6, flows=True, seat_s=0.15, lead_s=0.3, margin=0.6, haste=1.05),
+    "wave": GaitStyle(0.5),
+    "flowing": GaitStyle(0.6, flows=True),
+    "brisk": GaitStyle(0.6, flows=True, seat_s=0.15, lead_s=0.3, margin=0.6, haste=1.05),
 }
 
 
@@ -105,7 +103,7 @@ class WalkPlan:
         self.ahead = np.array([np.cos(heading), np.sin(heading), 0.0])
         """(3) unit vector of the direction of travel."""
         self._group_size = 1 if task.gait == "wave" else 2
-        self._manner = MANNERS[task.gait]
+        self._style = STYLES[task.gait]
         self.haste = 1.0
         """What somebody wants of it beyond the gait's own; see Pace."""
         self._behind_m = self._reached_m = 0.0
@@ -176,8 +174,8 @@ class WalkPlan:
     def search_phases(self, leg: int, old_m: float, tries: int) -> list[Phase]:
         """Search for the ground and seat the foot."""
         return [
-            Phase(Doing.SEARCH, np.inf, leg, old_m=old_m, tries=tries),
-            Phase(Doing.SEAT, self.manner.seat_s, leg, old_m=old_m, tries=tries),
+            Phase(Activity.SEARCH, np.inf, leg, old_m=old_m, tries=tries),
+            Phase(Activity.SEAT, self.manner.seat_s, leg, old_m=old_m, tries=tries),
         ]
 
     def _group(self, group: list[int], feet: Array, body: Array, middle: Array) -> list[Phase]:
@@ -219,19 +217,19 @@ class WalkPlan:
         return phases
 
     @property
-    def manner(self) -> Manner:
+    def manner(self) -> GaitStyle:
         """What the gait is like on this slope: on a steep one nobody is in a hurry."""
-        return self._manner if self._gentle > 0.0 else UNHURRIED
+        return self._style if self._gentle > 0.0 else UNHURRIED
 
     @property
     def creep(self) -> float:
         """Share of its way that the body makes while legs swing."""
-        return self._manner.creep * (self._gentle if self._manner.flows else 1.0)
+        return self._style.creep * (self._gentle if self._style.flows else 1.0)
 
     @property
     def enough(self) -> float:
         """Share of the usual margin that is enough."""
-        return 1.0 - (1.0 - self._manner.margin) * self._gentle
+        return 1.0 - (1.0 - self._style.margin) * self._gentle
 
     @property
     def _gentle(self) -> float:
@@ -295,7 +293,7 @@ class WalkPlan:
         period = self._task.period_s
         rest = 0.0 if period is None else 0.5 * self._group_size * period
         way = self._way(feet, start, goal, 1.0, max(rest, SHORTEST_SHIFT_S))
-        return Phase(Doing.SHIFT, way.duration_s, way=way)
+        return Phase(Activity.SHIFT, way.duration_s, way=way)
 
     def _way(
         self, feet: Array, start: Array, goal: Array, ease: float, least_s: float = 0.0
@@ -322,8 +320,8 @@ class WalkPlan:
         legs = self._footholds.legs
         swing = self.timed(Swing(legs, leg, start, above, body, body + creep, high), feet)
         return [
-            Phase(Doing.UNLOAD, UNLOAD_S, leg),
-            Phase(Doing.SWING, swing.duration_s, leg, swing=swing),
+            Phase(Activity.UNLOAD, UNLOAD_S, leg),
+            Phase(Activity.SWING, swing.duration_s, leg, swing=swing),
             *self.search_phases(leg, float(place[2]), 1),
         ]
 

@@ -1,1 +1,0 @@
-"""Agents that were not trained: rules and models that act on an environment's observations."""

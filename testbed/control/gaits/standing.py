@@ -1,0 +1,149 @@
+"""Standing: hold the start posture, raise it in steps, lift a foot or haul a rope when the scenario
+says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from testbed.control.gait import BelievedStart, Command, Measured
+from testbed.errors import InputError
+from testbed.formats.arrays import Array
+from testbed.machine.names import AXES, LEGS, SIDES, VERTICAL
+from testbed.scenario.events import Event, LiftFoot, SetRope
+from testbed.scenario.tasks import Raise, Sway
+
+LIFT_EDGE_S = 0.4
+"""Time in which an ordered lift of a foot rises and falls (E)."""
+
+
+class Hold:
+    """Holds `start` (12); see the module's docstring. A Gait."""
+
+    def __init__(self, start: Array, task: object, events: tuple[Event, ...]) -> None:
+        self._held = Command(start)
+        self._raise = task if isinstance(task, Raise) else None
+        self._events = tuple(event for event in events if isinstance(event, LiftFoot | SetRope))
+
+    def command(self, t: float, dt: float, measured: Measured) -> Command:
+        """See Gait."""
+        del measured
+        if self._raise is None and not self._events:
+            return self._held
+        joints = self._held.joints.copy()
+        stance = np.ones(len(LEGS), dtype=bool)
+        rope_rates = np.zeros(len(SIDES))
+        if self._raise is not None:
+            joints[list(VERTICAL)] = self._raised(self._raise, t + dt)
+        for event in self._events:
+            if isinstance(event, LiftFoot):
+                leg = LEGS.index(event.leg)
+                joints[VERTICAL[leg]] -= event.height_m * window(
+                    t + dt, event.at_s, event.duration_s, LIFT_EDGE_S
+                )
+                if event.at_s <= t <= event.at_s + event.duration_s:
+                    stance[leg] = False
+            elif event.at_s <= t < event.at_s + event.duration_s:
+                rope_rates[SIDES.index(event.rope)] += event.pay_out_m / event.duration_s
+        return replace(self._held, joints=joints, rope_rates_m_s=rope_rates, stance=stance)
+
+    def progress(self, t: float) -> dict[str, Any]:
+        """How far the body is raised."""
+        if self._raise is None:
+            return {}
+        reached = float(self._raised(self._raise, t).min())
+        return {"done": reached >= self._raise.to_m, "raised_to_m": reached}
+
+    def _raised(self, task: Raise, t: float) -> Array:
+        """(4) extension of the vertical joints at time t, m: ramps of `speed_m_s`, a new one every
+        `every_s`.
+        """
+        start = self._held.joints[list(VERTICAL)]
+        if t <= task.start_s:
+            return start
+        steps, since = divmod(t - task.start_s, task.every_s)
+        height = task.step_m * steps + min(task.step_m, since * task.speed_m_s)
+        return np.asarray(np.minimum(start + height, task.to_m))
+
+
+def window(t: float, start: float, duration: float, edge: float) -> float:
+    """0 outside [start, start + duration], 1 inside, with cosine edges of `edge` s (or a third of
+    the duration).
+    """
+    edge = min(edge, duration / 3)
+    inside = min(t - start, start + duration - t) / edge
+    return float(0.5 - 0.5 * np.cos(np.pi * min(max(inside, 0.0), 1.0)))
+
+
+# Set points of a body that moves to and fro over standing feet: sinusoids along its three axes.
+#
+# All feet stay where they are, so every cylinder moves in both directions under load: what a
+# residual needs to show friction, leakage and drift apart. The ropes are hauled and paid out with
+# the body.
+
+RISE_S = 3.0
+"""The amplitudes grow from nothing within this time (E)."""
+USUAL_M = (0.06, 0.05, 0.05)
+"""Amplitudes that nobody asked for, of a machine of ROBOCLIMBER's size (E)."""
+TRIED_S, TRIED_EVERY_S = 60.0, 0.25
+"""Set points are looked at beforehand for so long: by then all three axes have met (E)."""
+
+
+class SwayGait:
+    """See the module's docstring. A Gait."""
+
+    def __init__(self, task: Sway, start: BelievedStart) -> None:
+        """Raises InputError where a cylinder would be asked beyond its range."""
+        self.task = task
+        usual = start.robot.machine.scale.length * np.array(USUAL_M)
+        self._amplitude_m = usual if task.amplitude_m is None else np.array(task.amplitude_m)
+        self._legs = start.legs
+        self._feet = self._legs.feet(start.joints)
+        self._nought = start.joints - self._legs.joints(self._feet)
+        self._ropes = start.rope_directions_in_body
+        self._refuse_beyond(start.model.limits)
+
+    def _refuse_beyond(self, limits: Array) -> None:
+        """Refuse a way that asks a joint beyond its range, `limits` (12, 2), m or rad."""
+        until = self.task.start_s + min(self.task.for_s or TRIED_S, TRIED_S)
+        ways = [self.body_m(t) for t in np.arange(self.task.start_s, until, TRIED_EVERY_S)]
+
+        def furthest(share: float) -> Array:
+            """(12) how far each joint would be asked beyond its range at most."""
+            joints = np.array([self._joints(share * way) for way in ways])
+            return np.asarray(np.maximum(limits[:, 0] - joints, joints - limits[:, 1]).max(axis=0))
+
+        beyond = furthest(1.0)
+        if beyond.max() <= 0.0:
+            return
+        fits = next((k / 10 for k in range(9, 0, -1) if furthest(k / 10).max() <= 0.0), 0.0)
+        raise InputError(
+            f"asks {AXES[int(np.argmax(beyond))]} beyond its range",
+            field="task.amplitude_m",
+            value=[float(f"{way:.3g}") for way in self._amplitude_m],
+            allowed=f"{fits:g} times that, or another stance",
+        )
+
+    def _joints(self, way_m: Array) -> Array:
+        """Joints (12) with the body that far from where it started, (3) m."""
+        return np.asarray(self._legs.joints(self._feet - way_m) + self._nought)
+
+    def body_m(self, t: float) -> Array:
+        """Where the body is meant to be at time t, from where it started (3), m, body axes."""
+        since = t - self.task.start_s
+        if since <= 0.0:
+            return np.zeros(3)
+        rise = 0.5 - 0.5 * np.cos(np.pi * min(since / RISE_S, 1.0))
+        angle = 2.0 * np.pi * since / np.array(self.task.period_s)
+        return np.asarray(rise * self._amplitude_m * np.sin(angle))
+
+    def command(self, t: float, dt: float, measured: Measured) -> Command:
+        """See Gait."""
+        del measured
+        goal = self.body_m(t + dt)
+        return Command(
+            joints=self._joints(goal), rope_rates_m_s=-self._ropes @ (goal - self.body_m(t)) / dt
+        )

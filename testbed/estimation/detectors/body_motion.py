@@ -1,0 +1,144 @@
+"""What the body's own motion and the last second say of a foot, for the learned detector.
+
+The inertial unit feels what the seals of a resting piston hide: how fast the corner of the body
+above a foot moves,
+
+    c = v_z + w_x y - w_y x,   fast parts, v_z from the specific force along z
+
+Blows move the corner of a foot that hangs more than that of one that stands, as the ground pushes
+it back; what its piston feels when the corner goes down, divided by how far it goes, is the leg's
+stiffness, nothing in the air. A load that has stopped falling while its piston still moves, and one
+that swings less than the others, hangs as well.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from testbed.compiled import njit
+from testbed.formats.records import Record, quantity
+from testbed.machine.names import LEGS
+
+HELD = ("own", "carried")
+MOTION = (
+    "stiffness under the corner",
+    "speed of the corner beside all corners",
+    "speed of all corners",
+    "specific force, how far from its mean",
+    "own over 50 ms less over 300 ms",
+    "carried over 50 ms less over 300 ms",
+    "speed of the piston, mean over 50 ms",
+    "carried, swung within 300 ms, beside all feet",
+    "own, swung within 300 ms, beside all feet",
+    "own, swung within 300 ms",
+    "own, mean over 1 s",
+    "own, lower end of its interval",
+    "own, upper end of its interval",
+)
+STIFFNESS = MOTION.index("stiffness under the corner")
+CORNER = MOTION.index("speed of the corner beside all corners")
+CORNERS = MOTION.index("speed of all corners")
+JOLT = MOTION.index("specific force, how far from its mean")
+FALL = MOTION.index("own over 50 ms less over 300 ms")
+PACE = MOTION.index("speed of the piston, mean over 50 ms")
+SWUNG_CARRIED = MOTION.index("carried, swung within 300 ms, beside all feet")
+SWUNG_OWN = MOTION.index("own, swung within 300 ms, beside all feet")
+SWUNG = MOTION.index("own, swung within 300 ms")
+LONG, LOW = MOTION.index("own, mean over 1 s"), MOTION.index("own, lower end of its interval")
+HIGH = MOTION.index("own, upper end of its interval")
+"""Where each of them, or the first of its kind, stands in MOTION."""
+AHEAD, LEFT = (1.0, 1.0, -1.0, -1.0), (1.0, -1.0, 1.0, -1.0)
+"""Where the feet are from the body's middle, in half lengths and half widths."""
+QUICK_S, BRIEF_S, SLOW_S, LONG_S = 0.01, 0.05, 0.3, 1.0
+LEAK_S, STIR_S, SWING_S = 0.1, 0.1, 0.5
+"""Time constants: of means; of what speed and place of a corner forget, of how much it is stirred,
+and of how much a load swings, s (E).
+"""
+LITTLE_M2, LITTLE_M_S, USUAL_M_S = 1.0e-10, 3.0e-4, 3.0e-3
+LITTLE_M_S2, USUAL_M_S2 = 0.03, 0.1
+LITTLE_SHARE, STIFF, PACE_S_M = 0.02, 4250.0, 300.0
+"""What counts as no motion, and as a usual one; what as no swing, share of the loss force; a leg's
+stiffness, loss forces by half lengths; by which a piston's speed is seen (E).
+"""
+
+
+class Motion(Record):
+    """Of one foot and its corner of the body."""
+
+    level = quantity("m/s2", "mean specific force along z")
+    jolted = quantity("m/s2", "mean distance from that")
+    turning = quantity("m/s", "mean speed of the corner by the body's rates")
+    heave = quantity("m/s", "fast speed of the body along z")
+    place = quantity("m", "of the corner, fast part")
+    shaken = quantity("m/s", "mean size of the corner's fast speed")
+    square = quantity("m2", "mean square of its place")
+    work = quantity("N m", "mean of the load's fast change by the way down")
+    speed = quantity("m/s", "mean speed of the piston")
+    slow = quantity("N", "mean of `own` over 1 s")
+    swung = quantity("N", "mean distance of a load's short mean from its long one", per=HELD)
+    low = quantity("N", "mean lower end of the interval of `own`")
+    high = quantity("N", "the same, upper end")
+
+
+@njit
+def remember_motion(
+    row: Any, derived: Any, foot: int, numbers: Any, memory: Any, fresh: bool, dt: float
+) -> None:
+    """One sample into `memory.motion` of a foot; memory: FootMemory, whose running means already
+    hold it; numbers: ViewNumbers. A missing reading of the inertial unit changes nothing.
+    """
+    motion, means = memory.motion, memory.means
+    quick, brief = dt / (QUICK_S + dt), dt / (BRIEF_S + dt)
+    slow, long = dt / (SLOW_S + dt), dt / (LONG_S + dt)
+    if fresh:
+        quick = brief = slow = long = 1.0
+    low, high = row.estimate_own.low[foot], row.estimate_own.high[foot]
+    if math.isfinite(low + high):
+        motion.low += quick * (low - motion.low)
+        motion.high += quick * (high - motion.high)
+    motion.speed += brief * (derived.velocity[foot] - motion.speed)
+    motion.slow += long * (means[0, 2] - motion.slow)
+    for load in range(len(HELD)):
+        away = abs(means[load, 2] - means[load, 3])
+        motion.swung[load] += dt / SWING_S * (away - motion.swung[load])
+    felt = row.specific_force[2]
+    rate = row.angular_rate[0] * LEFT[foot] * numbers.half_width
+    rate -= row.angular_rate[1] * AHEAD[foot] * numbers.half_length
+    if not math.isfinite(felt + rate):
+        return
+    motion.level += slow * (felt - motion.level)
+    motion.turning += slow * (rate - motion.turning)
+    motion.heave += dt * (felt - motion.level) - dt / LEAK_S * motion.heave
+    motion.jolted += dt / STIR_S * (abs(felt - motion.level) - motion.jolted)
+    speed = motion.heave + rate - motion.turning
+    motion.place += dt * speed - dt / LEAK_S * motion.place
+    motion.shaken += dt / STIR_S * (abs(speed) - motion.shaken)
+    place, change = motion.place, means[2, 1] - means[2, 3]
+    motion.square += dt / SLOW_S * (place * place - motion.square)
+    motion.work -= dt / SLOW_S * (place * change + motion.work)
+
+
+@njit
+def view_of_motion(memories: Any, foot: int, numbers: Any, view: Any) -> None:
+    """Into view (len(MOTION),): what the motion of the body and of this foot says."""
+    memory, unit = memories[foot], numbers.loss_force
+    motion, means = memory.motion, memory.means
+    shaken = swung_own = swung_carried = 0.0
+    for other in range(len(LEGS)):
+        shaken += memories[other].motion.shaken / len(LEGS)
+        swung_own += memories[other].motion.swung[0] / len(LEGS)
+        swung_carried += memories[other].motion.swung[1] / len(LEGS)
+    little, stiff = LITTLE_SHARE * unit, STIFF * unit / numbers.half_length
+    view[STIFFNESS] = math.asinh(motion.work / (motion.square + LITTLE_M2) / stiff)
+    view[CORNER] = math.log((motion.shaken + LITTLE_M_S) / (shaken + LITTLE_M_S))
+    view[CORNERS] = math.log((shaken + LITTLE_M_S) / USUAL_M_S)
+    view[JOLT] = math.log((motion.jolted + LITTLE_M_S2) / USUAL_M_S2)
+    for load in range(len(HELD)):
+        view[FALL + load] = math.tanh((means[load, 2] - means[load, 3]) / unit)
+    view[PACE] = math.atan(PACE_S_M * motion.speed)
+    view[SWUNG_CARRIED] = math.log((motion.swung[1] + little) / (swung_carried + little))
+    view[SWUNG_OWN] = math.log((motion.swung[0] + little) / (swung_own + little))
+    view[SWUNG] = math.asinh(motion.swung[0] / unit)
+    view[LONG] = math.asinh(motion.slow / unit)
+    view[LOW], view[HIGH] = math.asinh(motion.low / unit), math.asinh(motion.high / unit)

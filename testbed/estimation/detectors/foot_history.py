@@ -1,0 +1,161 @@
+"""What the learned detector knows of a foot's own past: fast changes against a slow baseline.
+
+A sensor that drifts moves a load for ever, friction by no more than the break-away force: what
+`carried` differs from `own` beyond that, over ten seconds, is taken for the sensor's and given back
+(as in combined.py). No load is less than nothing: by what the least of the last ten seconds lies
+below that, the zero is off. How long ago the foot was low, and for which share of the last seconds,
+tells a foot that bounces from one that stands; how much it is stirred beside the other feet one
+that hangs from one that bears little.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from testbed.compiled import njit
+from testbed.estimation.detectors.combined import beyond
+from testbed.formats.records import Record, quantity
+from testbed.machine.names import LEGS
+
+SETTLED = ("10 ms", "50 ms")
+SETTLED_S = (0.01, 0.05)
+SINCE = ("below the loss force", "well below it", "well above it")
+SINCE_LOSSES = (1.0, -0.5, 5.0)
+"""Of the held load, of the held load and of `own`: levels, shares of the loss force (E)."""
+BREAK_AWAY = 2.72
+"""What friction explains of a difference of loads, shares of the loss force: 800 N of 294 N."""
+HELD_S, HELD_OWN = 0.005, 0.83
+"""Time constant of the held load, and the weight of `own` in it (combined.py)."""
+LEAST_S, MOST_S, SHARE_S, SPEED_S = 10.0, 2.0, 2.0, 0.05
+"""Time constants: of the least and the most that a foot bore; of the share of the time in which it
+was low; of the piston's speed, s (E).
+"""
+LONGEST_S, SHORTEST_S = 20.0, 0.02
+"""Nothing is longer ago; what is shorter ago hardly differs from now, s (E)."""
+LITTLE, SURE = 0.017, 0.17
+"""A stir, and a standard deviation, that count as none, shares of the loss force (E)."""
+HISTORY = (
+    *(f"carried without drift, mean over {span}" for span in SETTLED),
+    "own above its zero",
+    "own, least of the last 10 s",
+    "carried without drift, above its zero",
+    "carried without drift, least of the last 10 s",
+    *(f"carried, stirred within {span}, beside all feet" for span in SETTLED),
+    *(f"carried of all feet, stirred within {span}" for span in SETTLED),
+    *(f"how long ago it was {level}" for level in SINCE),
+    "share of the last 2 s in which it was below the loss force",
+    "own, most of the last 2 s",
+    "held load",
+    "own over 10 ms less over 50 ms",
+    "carried over 10 ms less over 50 ms",
+    "own over 2 ms less over 10 ms",
+    "how sure own is below the loss force",
+    "twist of all feet beyond the expected",
+    "size of the piston's speed",
+)
+
+FREE, ABOVE = (
+    HISTORY.index("carried without drift, mean over 10 ms"),
+    HISTORY.index("own above its zero"),
+)
+LEAST_OWN = HISTORY.index("own, least of the last 10 s")
+FREE_ABOVE = HISTORY.index("carried without drift, above its zero")
+LEAST_FREE = HISTORY.index("carried without drift, least of the last 10 s")
+BESIDE = HISTORY.index("carried, stirred within 10 ms, beside all feet")
+ALL_FEET = HISTORY.index("carried of all feet, stirred within 10 ms")
+AGO = HISTORY.index("how long ago it was below the loss force")
+LOW = HISTORY.index("share of the last 2 s in which it was below the loss force")
+MOST, HELD = HISTORY.index("own, most of the last 2 s"), HISTORY.index("held load")
+FALL = HISTORY.index("own over 10 ms less over 50 ms")
+FREE_FALL = HISTORY.index("carried over 10 ms less over 50 ms")
+QUICK_FALL = HISTORY.index("own over 2 ms less over 10 ms")
+SURELY = HISTORY.index("how sure own is below the loss force")
+DIAGONAL = HISTORY.index("twist of all feet beyond the expected")
+SPEED = HISTORY.index("size of the piston's speed")
+"""Where each of them, or the first of its kind, stands in HISTORY."""
+
+
+class History(Record):
+    """Of one foot."""
+
+    settled = quantity("N", "running means of `carried` without drift", per=SETTLED)
+    held = quantity("N", "running mean of `own` and `carried` without drift")
+    least_own = quantity("N", "least of `own` of the last 10 s")
+    least_settled = quantity("N", "least of `carried` without drift")
+    most_own = quantity("N", "most of `own` of the last 2 s")
+    since = quantity("s", "how long ago", per=SINCE)
+    low = quantity("1", "share of the time below the loss force")
+    speed = quantity("m/s", "mean size of the piston's speed")
+
+
+@njit
+def _moved(mean: float, value: float, dt: float, time_s: float, fresh: bool) -> float:
+    """A running mean after one more sample; `fresh`: its first."""
+    return value if fresh else mean + dt / (time_s + dt) * (value - mean)
+
+
+@njit
+def remember_history(
+    own: float, carried: float, speed: float, unit: float, memory: Any, fresh: bool, dt: float
+) -> None:
+    """One sample into `memory.history` of a foot; memory: FootMemory, whose running means already
+    hold it; `unit`: loss force, N.
+    """
+    history = memory.history
+    free = carried + unit * beyond(memory.behind[0] / unit, BREAK_AWAY)
+    for k in range(2):
+        history.settled[k] = _moved(history.settled[k], free, dt, SETTLED_S[k], fresh)
+    held = HELD_OWN * own + (1.0 - HELD_OWN) * free
+    history.held = _moved(history.held, held, dt, HELD_S, fresh)
+    own_10, own_50 = memory.means[0, 1], memory.means[0, 2]
+    least = _moved(history.least_own, own_50, dt, LEAST_S, fresh)
+    history.least_own = min(least, own_50)
+    least = _moved(history.least_settled, history.settled[1], dt, LEAST_S, fresh)
+    history.least_settled = min(least, history.settled[1])
+    history.most_own = max(_moved(history.most_own, own_10, dt, MOST_S, fresh), own_10)
+    for k in range(3):
+        level = SINCE_LOSSES[k] * unit
+        now = own_10 > level if k == 2 else history.held < level
+        before = LONGEST_S if fresh else history.since[k]
+        history.since[k] = 0.0 if now else min(before + dt, LONGEST_S)
+    low = 1.0 if history.held < unit else 0.0
+    history.low = _moved(history.low, low, dt, SHARE_S, fresh)
+    history.speed = _moved(history.speed, abs(speed), dt, SPEED_S, fresh)
+
+
+@njit
+def stirred_on_average(memories: Any, kind: int) -> float:
+    """Mean over the feet of how much `carried` is stirred, N; kind: place in views.STIRRED."""
+    total = 0.0
+    for foot in range(len(LEGS)):
+        total += memories[foot].stirred[kind]
+    return total / len(LEGS)
+
+
+@njit
+def view_of_history(memories: Any, foot: int, sd: float, unit: float, view: Any) -> None:
+    """Into view (len(HISTORY),): what the foot's history says; `sd`: of `own`, N."""
+    memory = memories[foot]
+    history, means = memory.history, memory.means
+    settled, own_10 = history.settled, means[0, 1]
+    for k in range(2):
+        stir, all_feet = memory.stirred[2 * k], stirred_on_average(memories, 2 * k)
+        view[FREE + k] = math.asinh(settled[k] / unit)
+        view[BESIDE + k] = math.log((stir + LITTLE * unit) / (all_feet + LITTLE * unit))
+        view[ALL_FEET + k] = math.asinh(all_feet / unit)
+    view[ABOVE] = math.asinh((own_10 - min(history.least_own, 0.0)) / unit)
+    view[LEAST_OWN] = math.asinh(history.least_own / unit)
+    view[FREE_ABOVE] = math.asinh((settled[0] - min(history.least_settled, 0.0)) / unit)
+    view[LEAST_FREE] = math.asinh(history.least_settled / unit)
+    for k in range(3):
+        view[AGO + k] = math.log10(1.0 + history.since[k] / SHORTEST_S)
+    view[LOW], view[MOST] = history.low, math.asinh(history.most_own / unit)
+    view[HELD] = math.asinh(history.held / unit)
+    view[FALL] = math.tanh((own_10 - means[0, 2]) / unit)
+    view[FREE_FALL] = math.tanh((settled[0] - settled[1]) / unit)
+    view[QUICK_FALL] = math.tanh((means[0, 0] - own_10) / unit)
+    view[SURELY] = math.tanh(0.5 * (unit - own_10) / max(sd, SURE * unit))
+    diagonal = memories[0].beyond - memories[1].beyond - memories[2].beyond + memories[3].beyond
+    view[DIAGONAL] = math.asinh((diagonal if foot in (0, 3) else -diagonal) / unit)
+    view[SPEED] = math.log1p(1000.0 * history.speed)

@@ -1,0 +1,58 @@
+"""What the whole-body estimate has learnt of its cylinders: how it makes up a force."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from testbed.estimation.live import fusion as fu
+from testbed.estimation.live.body_records import BodyState
+from testbed.estimation.live.cylinder_errors import (
+    force_error,
+    leg_variance,
+    weigh_cylinder,
+    weigh_leg,
+)
+
+
+@pytest.fixture
+def state() -> Any:
+    """All unknowns drawn; cylinder 4 slides out, 5 rests half way to sliding in, loaded aside."""
+    made = BodyState.zeros()[0]
+    made.fusion.x[:] = np.random.default_rng(3).normal(0.0, 100.0, fu.N)
+    made.axes[4].use, made.axes[5].use, made.axes[5].across = 1.0, -0.5, 0.2
+    return made
+
+
+def test_what_a_sliding_cylinder_is_off_by_is_zero_friction_of_its_way_and_deviation(
+    state: Any,
+) -> None:
+    unknown = state.fusion.x
+    own = unknown[fu.ZERO + 4] + unknown[fu.OUT + 4] + unknown[fu.DEVIATION + 4]
+    assert force_error(4, state) == pytest.approx(own)
+
+
+def test_at_rest_only_the_share_that_friction_is_used_of_counts(state: Any) -> None:
+    unknown = state.fusion.x
+    friction = -0.5 * unknown[fu.BACK + 5] - 0.5 * 0.2 * unknown[fu.SIDE + 5]
+    own = unknown[fu.ZERO + 5] + friction + unknown[fu.DEVIATION + 5]
+    assert force_error(5, state) == pytest.approx(own)
+
+
+@pytest.mark.parametrize("cylinder", [4, 5])
+def test_the_row_of_an_observation_times_the_unknowns_is_what_was_learnt(
+    state: Any, cylinder: int
+) -> None:
+    row = np.zeros(fu.N)
+    weigh_cylinder(cylinder, 2.0, state.axes[cylinder], row)
+    assert row @ state.fusion.x == pytest.approx(2.0 * force_error(cylinder, state))
+
+
+def test_a_legs_variance_is_that_of_its_row_and_deaf_to_the_other_legs(state: Any) -> None:
+    row = np.zeros(fu.N)
+    weigh_leg(1, np.array([0.3, -1.0, 0.7]), state, row)
+    root = np.random.default_rng(4).normal(size=(fu.N, fu.N))
+    assert leg_variance(root @ root.T, row, 1) == pytest.approx(row @ root @ root.T @ row)
+    assert leg_variance(root @ root.T, row, 2) == 0.0
