@@ -52,10 +52,16 @@ def _file_of(module: str) -> Path | None:
 
 
 @cache
+def text_of(path: Path) -> str:
+    """A source, as it was when it was first asked for."""
+    return path.read_text(encoding="utf-8")
+
+
+@cache
 def imported_by(path: Path) -> frozenset[Path]:
     """Files of the package that a file imports at its head."""
     found = set()
-    for origin, names, whole in _IMPORT.findall(path.read_text(encoding="utf-8")):
+    for origin, names, whole in _IMPORT.findall(text_of(path)):
         modules = [whole or origin, *(f"{origin}.{name}" for name in re.findall(r"\w+", names))]
         found |= {file for file in map(_file_of, modules) if file is not None}
     return frozenset(found)
@@ -79,7 +85,7 @@ def digest_of_sources(*paths: Path) -> str:
     """
     digest = hashlib.sha256(f"{sys.version_info[:2]} {numba.__version__}".encode())
     for path in sorted(frozenset[Path]().union(*(sources_of(path) for path in paths))):
-        digest.update(f"{path}\0".encode() + path.read_bytes())
+        digest.update(f"{path}\0".encode() + text_of(path).encode())
     return digest.hexdigest()[:24]
 
 

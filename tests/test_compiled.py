@@ -76,7 +76,8 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     monkeypatch.setattr(compiled, "PACKAGE", folder)
-    for remembered in (compiled.imported_by, compiled.sources_of, compiled.digest_of_sources):
+    names = (compiled.text_of, compiled.imported_by, compiled.sources_of)
+    for remembered in (*names, compiled.digest_of_sources):
         monkeypatch.setattr(compiled, remembered.__name__, remembered.__wrapped__)
     return folder
 

@@ -171,8 +171,8 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
 
     What stands above a run builds its own through the same function: the reader of recordings from
     what they declare, the command line, what looks at the folder of a machine, benchmarks, the
-    environments for their ranges, the writer of the shipped URDF, and what compiles the contacts on
-    some machine before the first run.
+    environments for their ranges, the writer of the shipped URDF, what compiles the contacts on
+    some machine before the first run, and what makes ready to draw a run that has no folder yet.
     """
     builders = {name for name in _callers("build_machine") if not name.startswith("benchmarks/")}
     assert builders == {
@@ -190,6 +190,7 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
         "scenario/scenario.py",
         "world/simulation.py",
         "simulation/replay.py",
+        "workflows/report.py",
         "simulation/runs.py",
         "report/scene3d.py",
         "envs/base.py",

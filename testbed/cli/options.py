@@ -27,7 +27,7 @@ Jobs = Annotated[int, typer.Option(min=1, help="Processes.")]
 Dask = Annotated[
     str | None, typer.Option(help="Scheduler of a Dask cluster, tcp://HOST:PORT, to work there.")
 ]
-Results = Annotated[Path, typer.Option(help="Folder for results and finished cases; resumed.")]
+Results = Annotated[Path, typer.Option(help="Folder for results and what is finished; resumed.")]
 Table = Annotated[Path, typer.Option(help="Table to write: .parquet or .csv.")]
 
 
@@ -50,7 +50,7 @@ class Changes:
 
 @dataclass(frozen=True)
 class Work:
-    """Where a benchmark's results go, who works for them, and how they are shown."""
+    """Where the results of a benchmark or sweep go, who works for them, and how they are shown."""
 
     out: Results
     jobs: Jobs = 1

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from testbed.cli.options import Changes, Dask, Gui, Jobs, Json, Model, Shipped, spread
+from testbed.cli.options import Changes, Dask, Gui, Json, Model, Shipped, Work, spread
 from testbed.errors import naming
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def run(
     from testbed.workflows.report import drawers
 
     loaded = changes.of(scenario)
-    with drawers(loaded.duration_s) as helpers:
+    with drawers(loaded) as helpers:
         with naming(scenario_path(scenario)), ExitStack() as shown:
             watch = shown.enter_context(_in_the_browser(loaded)) if live else None
             progress = shown.enter_context(run_progress(loaded.duration_s, loaded.name))
@@ -130,6 +130,7 @@ def resume(
     raise typer.Exit(run_status(result.summary))
 
 
+@spread
 def sweep(
     file: Annotated[
         str,
@@ -138,10 +139,8 @@ def sweep(
             help="Sweep file, or the name of a shipped one; with --vary a scenario.",
         ),
     ],
-    out: Annotated[
-        Path, typer.Option(help="Folder for the runs and results; goes on where it was.")
-    ],
-    jobs: Jobs = 1,
+    changes: Changes,
+    work: Work,
     vary: Annotated[
         list[str] | None,
         typer.Option(
@@ -156,7 +155,6 @@ def sweep(
         list[Path] | None,
         typer.Option(help="Make no run: gather those of other folders. May be repeated."),
     ] = None,
-    json: Json = False,
 ) -> None:
     """Run a scenario many times: grids, lists and Latin hypercubes of changes, each with every
     seed; resumable.
@@ -164,21 +162,22 @@ def sweep(
     from testbed.formats.files import write_text
     from testbed.report.console import answer, counting_progress
     from testbed.report.sweep_page import page
-    from testbed.scenario.sweep import load_sweep, sweep_of
+    from testbed.scenario.sweep import FromOutside, load_sweep, sweep_of
     from testbed.simulation.sweep import Share, merge_sweeps, run_sweep, table
     from testbed.simulation.workers import Workers
 
-    share, workers = Share.of(shard), Workers(jobs, dask) if dask else Workers.told(jobs)
-    loaded, runs = sweep_of(file, vary) if vary else load_sweep(file)
+    share, workers = Share.of(shard), Workers(work.jobs, dask) if dask else Workers.told(work.jobs)
+    told = FromOutside(changes.set_ or (), changes.seed, changes.duration)
+    loaded, runs = sweep_of(file, vary, told) if vary else load_sweep(file, told)
+    out = work.out
     if merge:
         results = merge_sweeps(runs, merge, out)
     else:
         with counting_progress(len(runs), "runs") as progress:
             results = run_sweep(loaded, runs, out, workers, share, progress)
     write_text(out / "sweep.html", page(loaded.description or file, results, len(runs)))
-    answer(
-        json, results, (f"{len(results)} of {len(runs)} runs", *table(results)), out / "sweep.html"
-    )
+    shown = (f"{len(results)} of {len(runs)} runs", *table(results))
+    answer(work.json, results, shown, out / "sweep.html")
 
 
 def view(

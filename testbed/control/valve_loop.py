@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
@@ -47,7 +46,7 @@ def position_loops(machine: Machine, arms: Array) -> NDArray[Any]:
     control = machine.control
     loops = PositionLoop.zeros(len(AXES))
     for loop, axis, scale in zip(loops, machine.axes.values(), arms, strict=True):
-        speed = axis.rated_flow_m3_s / (np.pi / 4 * axis.cylinder.bore_m**2)
+        speed = axis.rated_flow_m3_s / axis.cylinder.areas_m2[0]
         loop["proportional"] = control.loop_gain_1_s / speed * scale
         loop["integral_gain"] = control.integral_gain_1_s2 / speed * scale
         loop["feedforward"] = scale / speed

@@ -61,7 +61,7 @@ class Cushion(Effect):
         """From a third and from two thirds of the travel."""
         low, high = np.percentile(observed.position_m, [5, 95])
         return [
-            {"start": float(low + share * (high - low)), "stiffness": 300.0}
+            {"start": float(low + share * (high - low)), "stiffness": 300.0 * observed.size("N/m")}
             for share in (0.3, 0.65)
         ]
 

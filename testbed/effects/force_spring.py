@@ -50,7 +50,7 @@ class Spring(Effect):
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """A weak one that rests in the middle of the travel."""
         low, high = np.percentile(observed.position_m, [5, 95])
-        return [{"stiffness": 50.0, "rest": float(0.5 * (low + high))}]
+        return [{"stiffness": 50.0 * observed.size("N/m"), "rest": float(0.5 * (low + high))}]
 
     def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
         """It rests near the travel."""

@@ -81,7 +81,7 @@ class PressureFriction(Effect):
 
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """A little of it."""
-        return [{"coefficient": 1e-6}]
+        return [{"coefficient": 1e-6 * observed.size("m2")}]
 
     def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
         """See `not_less_than_none`."""

@@ -53,7 +53,8 @@ class Leakage(Effect):
 
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """A little more than declared."""
-        return [{"coefficient": (observed.known.internal_leakage_m3_s_pa or 0.0) + 2e-13}]
+        more = 2e-13 * observed.size("m3/(s Pa)")
+        return [{"coefficient": (observed.known.internal_leakage_m3_s_pa or 0.0) + more}]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Oil from A to B."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.signature import RobotSeen, Signature
@@ -21,6 +21,8 @@ def true_pa(measured: Any, gain_error: float, bend: float = 0.0) -> Any:
 class Gain(Effect):
     """What both gains have in common."""
 
+    channel: ClassVar[str]
+    """`pressure_a` or `pressure_b`."""
     parameters = (
         ParameterSpec("gain_error", "1", -0.5, 1.0, (-0.06, 0.06), "relative error of the gain"),
         ParameterSpec("bend", "1", -0.3, 0.3, (-0.05, 0.05), "further gain error at 100 bar", 0.0),
@@ -35,11 +37,25 @@ class Gain(Effect):
         "inertia.mass": "a gain error shows under load, a mass in the air",
     }
 
+    def correct(self, signals: Signals, values: Values) -> Signals:
+        """The pressure behind the reading."""
+        name = f"{self.channel}_pa"
+        measured = getattr(signals, name)
+        if measured is None:
+            return signals
+        return signals.with_(**{name: true_pa(measured, values["gain_error"], values["bend"])})
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Too much force by the share of pA A_A, or too little by that of pB A_B."""
+        axis, chamber = seen.axis(place), "ab".index(self.channel[-1])
+        read = getattr(seen, f"{self.channel}_pa")[:, axis]
+        return {"gain_error": seen.reads(axis, chamber, read)}
+
 
 class GainA(Gain):
     """A pressure sensor A whose gain is not its calibration's."""
 
-    kind = "sensor.gain_a"
+    kind, channel = "sensor.gain_a", "pressure_a"
     equation = "measured pA = (1 + gain_error) pA"
     text = (
         "the gain of pressure sensor A is off; on a cylinder of nominal bore also the piston area"
@@ -49,41 +65,17 @@ class GainA(Gain):
     telling_motion = "press at rising loads with chamber B at tank pressure"
     hides = {"gain_error": "gain_error_a"}
 
-    def correct(self, signals: Signals, values: Values) -> Signals:
-        """The pressure behind the reading."""
-        if signals.pressure_a_pa is None:
-            return signals
-        pressure = true_pa(signals.pressure_a_pa, values["gain_error"], values["bend"])
-        return signals.with_(pressure_a_pa=pressure)
-
-    def signature(self, seen: RobotSeen, place: str) -> Signature:
-        """Too much force by the share of pA A_A."""
-        axis = seen.axis(place)
-        return {"gain_error": seen.reads(axis, 0, seen.pressure_a_pa[:, axis])}
-
 
 class GainB(Gain):
     """The same of pressure sensor B."""
 
-    kind = "sensor.gain_b"
+    kind, channel = "sensor.gain_b", "pressure_b"
     equation = "measured pB = (1 + gain_error) pB"
     text = "the gain of pressure sensor B is off"
     needs = ("position", "pressure_a", "pressure_b")
     live = {"gain_error": "gain_b"}
     telling_motion = "retract against rising loads with chamber A at tank pressure"
     hides = {"gain_error": "gain_error_b"}
-
-    def correct(self, signals: Signals, values: Values) -> Signals:
-        """The pressure behind the reading."""
-        if signals.pressure_b_pa is None:
-            return signals
-        pressure = true_pa(signals.pressure_b_pa, values["gain_error"], values["bend"])
-        return signals.with_(pressure_b_pa=pressure)
-
-    def signature(self, seen: RobotSeen, place: str) -> Signature:
-        """Too little force by the share of pB A_B."""
-        axis = seen.axis(place)
-        return {"gain_error": seen.reads(axis, 1, seen.pressure_b_pa[:, axis])}
 
 
 EFFECTS = (GainA(), GainB())

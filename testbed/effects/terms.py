@@ -4,6 +4,7 @@ oil.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -116,6 +117,34 @@ class Coordinate:
     prior: tuple[float, float] | None = None
     """(centre, standard deviation) of a weak prior in fitted units."""
 
+    def sized(self, factor: float, low: float, high: float) -> Coordinate:
+        """The same of a machine whose number is so many times larger, between `low` and `high`; the
+        start stays.
+        """
+        if self.log:
+            prior = self.prior and (self.prior[0] + math.log(factor), self.prior[1])
+            low, high = max(self.low * factor, low), min(self.high * factor, high)
+            return replace(self, low=low, high=high, prior=prior)
+        prior = self.prior and (self.prior[0] * factor, self.prior[1] * factor)
+        return replace(self, scale=self.scale * factor, prior=prior)
+
+
+USUAL = (3.8e-3, 0.5, 8.5e6, 4.5e-4)
+"""Area m2, stroke m, supply Pa and rated flow m3/s of the leg for which starts and priors are
+written."""
+GROWS_WITH: dict[str, tuple[int, int, int, int]] = {
+    "N": (1, 0, 1, 0),
+    "N/m": (1, -1, 1, 0),
+    "N/m3": (1, -3, 1, 0),
+    "N s/m": (1, -1, 1, 0),
+    "kg": (1, 0, 1, 0),
+    "m2": (1, 0, 0, 0),
+    "m3/Pa": (1, 1, 0, 0),
+    "m3/(s Pa)": (0, 0, -1, 1),
+    "Pa s/m3": (0, 0, 1, -1),
+}
+"""Unit -> powers of the same four with which a parameter of a leg grows."""
+
 
 @dataclass(frozen=True, eq=False)
 class ForceResidual:
@@ -143,6 +172,20 @@ class Observed:
     reference_n: tuple[Array | None, ...]
     """The known external force of each recording; None for a foot in the air."""
     residual: tuple[ForceResidual, ...] = ()
+
+    def size(self, unit: str) -> float:
+        """How large a number of this unit is on this leg against the usual one; 1 on other rigs."""
+        known = self.known
+        if self.kind != "vertical-leg" or not (known.bore_m and known.declares_flow):
+            return 1.0
+        own = (
+            known.area_a_m2,
+            known.stroke_m,
+            known.supply_pressure_nominal_pa,
+            known.valve_rated_flow_m3_s,
+        )
+        powers = GROWS_WITH.get(unit, (0, 0, 0, 0))
+        return float(np.prod(np.divide(own, USUAL) ** np.array(powers)))  # type: ignore[arg-type]
 
     @cached_property
     def position_m(self) -> Array:

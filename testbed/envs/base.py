@@ -368,7 +368,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     # ---- reading ---------------------------------------------------------------------------------
 
     def _observe(self, data: Array) -> Observation:
-        return self._told(self._observer.look(data.mean(axis=0), self._ordered()))
+        return self._told(self._observer.observe(data.mean(axis=0), self._ordered()))
 
     def _told(self, seen: Vector) -> Observation:
         """A flat observation in the form that was asked for."""

@@ -181,7 +181,7 @@ class Observer:
         self._half = np.array([(row.high - row.low) / 2 for row in table])
         self._raw = np.zeros(len(table))
 
-    def look(self, data_row: Array, orders: Mapping[str, float]) -> NDArray[np.float32]:
+    def observe(self, data_row: Array, orders: Mapping[str, float]) -> NDArray[np.float32]:
         """A new observation (len(table),) in [-1, 1] of a data row and the orders by their names in
         the table.
         """

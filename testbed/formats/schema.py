@@ -9,11 +9,10 @@ import typing
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from testbed.formats.checked import NameOrClass
+from testbed.formats.checked import Checked, NameOrClass
 
 HEADS = ("field", "default", "allowed", "meaning")
 
@@ -31,17 +30,18 @@ _MANY: dict[Any, Any] = {tuple: ("[]", "list"), dict: (".<name>", "mapping")}
 """How the path of what stands in a list or a mapping goes on, and what the whole is called."""
 
 
-def rows(model: type[BaseModel], prefix: str = "") -> Iterator[Row]:
+def rows(model: type[Checked], prefix: str = "") -> Iterator[Row]:
     """All fields in the file's order; the kinds of a union stand as `task (drill).start_s`."""
+    meanings = model.meanings()
     for name, info in model.model_fields.items():
-        path = prefix + name
-        models = [m for m in _models(info.annotation) if issubclass(m, BaseModel)]
+        path, meaning = prefix + name, " ".join(meanings.get(name, "").split())
+        models = [m for m in _models(info.annotation) if issubclass(m, Checked)]
         if not models:
-            yield Row(path, _default(info), _allowed(info), _meaning(info))
+            yield Row(path, _default(info), _allowed(info), meaning)
             continue
         many = _MANY.get(typing.get_origin(info.annotation), "")
-        if info.description:
-            yield Row(path, _default(info), many and f"a {many[1]}", _meaning(info))
+        if meaning:
+            yield Row(path, _default(info), many and f"a {many[1]}", meaning)
         for part in models:
             kind = part.model_fields.get("kind")
             choice = (
@@ -52,17 +52,13 @@ def rows(model: type[BaseModel], prefix: str = "") -> Iterator[Row]:
             yield from rows(part, f"{path}{many and many[0]}{f' ({choice})' if choice else ''}.")
 
 
-def _models(annotation: Any) -> list[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+def _models(annotation: Any) -> list[type[Checked]]:
+    if isinstance(annotation, type) and issubclass(annotation, Checked):
         return [annotation]
-    found: list[type[BaseModel]] = []
+    found: list[type[Checked]] = []
     for part in typing.get_args(annotation):
         found += _models(part)
     return found
-
-
-def _meaning(info: FieldInfo) -> str:
-    return " ".join((info.description or "").split())
 
 
 def _default(info: FieldInfo) -> str:
@@ -73,7 +69,7 @@ def _default(info: FieldInfo) -> str:
     if info.default is None:
         return "null"
     value = info.default
-    if isinstance(value, BaseModel):
+    if isinstance(value, Checked):
         return "{}"
     if isinstance(value, bool):
         return str(value).lower()
@@ -85,7 +81,7 @@ def _default(info: FieldInfo) -> str:
 
 
 def _list(values: tuple[Any, ...]) -> str:
-    if any(isinstance(value, BaseModel) for value in values):
+    if any(isinstance(value, Checked) for value in values):
         return f"{len(values)} entry"
     return (
         "["

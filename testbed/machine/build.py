@@ -8,6 +8,7 @@ here.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -16,7 +17,9 @@ from typing import Any
 from testbed import resources
 from testbed.errors import InputError
 from testbed.machine.folder import NUMBERS, bodies_of_folder, drawing_board, own_numbers
+from testbed.machine.frame_groups import SlideLinkage
 from testbed.machine.model import SHIPPED, Machine, shared_path
+from testbed.machine.names import GRAVITY_M_S2, LEGS
 from testbed.machine.provenance import DEFAULT, SetName, machine_set, read_quantities
 from testbed.machine.urdf_geometry import differing, urdf_numbers
 
@@ -48,7 +51,30 @@ def build_machine(
     machine = _shipped(of_set) if folder is None else _of_folder(Path(folder))
     if urdf is not None:
         machine = following(machine, Path(urdf))
-    return machine.replaced(changes or {}, file, section)
+    changed = machine.replaced(changes or {}, file, section)
+    _check_weight(changed, machine.power_unit.supply_pressure_pa)
+    return changed
+
+
+def _check_weight(machine: Machine, supply_pa: float) -> None:
+    """Refuse a machine that its own vertical cylinders could not lift off the level ground, at the
+    supply that it has or had before a scenario changed it.
+    """
+    supply_pa = max(supply_pa, machine.power_unit.supply_pressure_pa)
+    push_n = 0.0
+    for leg in LEGS:
+        axis = machine.axes[f"{leg}_vertical"]
+        assert isinstance(axis.linkage, SlideLinkage)
+        push_n += axis.linkage.ratio * supply_pa * math.pi / 4.0 * axis.cylinder.bore_m**2
+    if machine.total_mass_kg * GRAVITY_M_S2 > push_n:
+        raise InputError(
+            f"its four vertical cylinders could not lift it: {push_n / 1e3:.4g} kN at "
+            f"{supply_pa / 1e5:.4g} bar",
+            file=machine.urdf,
+            field="total mass",
+            value=f"{machine.total_mass_kg:.6g} kg",
+            allowed=f"at most {push_n / GRAVITY_M_S2:.5g} kg, or larger bores",
+        )
 
 
 def following(machine: Machine, urdf: Path) -> Machine:
@@ -93,13 +119,20 @@ def _of_folder(folder: Path) -> Machine:
         name = next((name for name in (path, shared_path(path)) if name in own), None)
         if name is not None:
             raise InputError(
-                f"would have no effect: {urdf.name} says {value}",
+                f"would have no effect: {urdf.name} says {_rounded(value)}",
                 file=folder / NUMBERS,
                 field=f"numbers.{name}",
                 value=own[name].value,
                 allowed=HOW_TO_AGREE,
             )
     return following(machine, urdf)
+
+
+def _rounded(value: Any) -> Any:
+    """Numbers as a person reads them, without what turning a frame left."""
+    if isinstance(value, tuple):
+        return tuple(_rounded(number) for number in value)
+    return round(value, 9) + 0.0
 
 
 @lru_cache(maxsize=4)

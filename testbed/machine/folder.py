@@ -29,7 +29,7 @@ from testbed.formats.checked import Checked, Sequence, checked
 from testbed.formats.files import check_links
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import SHIPPED, Machine
-from testbed.machine.overridden import check_kind
+from testbed.machine.overridden import check_kind, check_read
 from testbed.machine.provenance import (
     DEFAULT,
     Quantity,
@@ -119,6 +119,7 @@ def drawing_board(folder: Path) -> Machine:
         quantities[name] = quantity
     machine = Machine.of(quantities, folder / BODIES, path, "numbers")
     for name, quantity in own.items():
+        check_read(name, quantity.value, path, "numbers")
         check_kind(name, quantity.value, machine, path, "numbers")
     return machine
 

@@ -78,6 +78,12 @@ class Cylinder(Group):
     stribeck_in_m_s: Annotated[float, Field(gt=0.0, le=1.0)]
     viscous_in_n_s_m: Annotated[float, Field(ge=0.0, le=1.0e7)]
 
+    @property
+    def areas_m2(self) -> tuple[float, float]:
+        """The piston's and the ring's."""
+        whole = math.pi / 4 * self.bore_m**2
+        return whole, math.pi / 4 * (self.bore_m**2 - self.rod_m**2)
+
     @field_validator("rod_m")
     @classmethod
     def _rod_fits(cls, rod_m: float, others: ValidationInfo) -> float:

@@ -84,23 +84,41 @@ SHARED_ONLY = re.compile(
 """Numbers of an axis' groups that the machine has once: one axis cannot have its own."""
 
 
+def ruler_of(path: str, believed: bool) -> str | None:
+    """Who rules a number of the world's or of the believed machine: URDF, UNREAD, the dotted field
+    of a scenario, or nobody.
+    """
+    for pattern, ruler in (*COMMON, *(MODEL if believed else WORLD)):
+        found = re.fullmatch(pattern, shared_path(path) or path) or re.fullmatch(pattern, path)
+        if found is not None:
+            return found.expand(ruler)
+    return None
+
+
 def check_effective(path: str, value: object, believed: bool, file: object, section: str) -> None:
     """Raise InputError, naming who rules it, for a number whose change would do nothing."""
+    _check_shared(path, value, file, section)
+    ruler = ruler_of(path, believed)
+    if ruler == URDF:
+        allowed = "another URDF in robot.urdf, or a load in robot.payload_kg"
+        _refuse("the URDF alone gives it", allowed, path, value, file, section)
+    if ruler == UNREAD:
+        _refuse("nothing reads it", "a number that is read", path, value, file, section)
+    if ruler is not None:
+        _refuse(f"{ruler} rules it", ruler, path, value, file, section)
+
+
+def check_read(path: str, value: object, file: object, section: str) -> None:
+    """Raise InputError for a number of a machine's folder that neither world nor model reads."""
+    _check_shared(path, value, file, section)
+    if ruler_of(path, False) == ruler_of(path, True) == UNREAD:
+        _refuse("nothing reads it", "a number that is read", path, value, file, section)
+
+
+def _check_shared(path: str, value: object, file: object, section: str) -> None:
     shared = shared_path(path)
-    number = shared or path
     if shared is not None and path.startswith("axes.") and SHARED_ONLY.fullmatch(shared):
         _refuse("all axes share it", shared, path, value, file, section)
-    for pattern, ruler in (*COMMON, *(MODEL if believed else WORLD)):
-        found = re.fullmatch(pattern, number) or re.fullmatch(pattern, path)
-        if found is None:
-            continue
-        if ruler == URDF:
-            allowed = "another URDF in robot.urdf, or a load in robot.payload_kg"
-            _refuse("the URDF alone gives it", allowed, path, value, file, section)
-        if ruler == UNREAD:
-            _refuse("nothing reads it", "a number that is read", path, value, file, section)
-        ruling = found.expand(ruler)
-        _refuse(f"{ruling} rules it", ruling, path, value, file, section)
 
 
 OF_A_KIND: tuple[tuple[str, tuple[str, ...], int], ...] = (

@@ -10,9 +10,12 @@ from functools import lru_cache
 from pathlib import Path
 from xml.parsers import expat
 
+import numpy as np
+
 from testbed.errors import InputError
 from testbed.formats.files import read_text
 from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.machine.urdf_shapes import second_moments
 
 NEEDED_LINKS: tuple[str, ...] = ("body", *(f"{leg}_foot" for leg in LEGS))
 OPTIONAL_LINKS: tuple[str, ...] = (
@@ -22,6 +25,8 @@ OPTIONAL_LINKS: tuple[str, ...] = (
 )
 """Where the drill, the rods and the ropes act; a machine without them has none of it."""
 MOST_BYTES, MOST_ELEMENTS = 2_000_000, 20_000
+THIN = 1e-3
+"""Share of its moments by which a rounded inertia may be that of no body."""
 MOST_M = 10.0
 """No slide is longer, no body's radius of gyration larger: else a URDF is not in metres."""
 _NUMBERS = (
@@ -184,6 +189,13 @@ def _check_inertial(name: str, link: ET.Element, path: str | Path) -> None:
             field=f"link {name} inertia ixx + iyy + izz",
             value=ixx + iyy + izz,
             allowed=f"at most {2.0 * most:g}",
+        )
+    if np.linalg.eigvalsh(second_moments(link))[0] < -THIN * (ixx + iyy + izz):
+        raise InputError(
+            "is that of no body: the largest moment exceeds the sum of the others",
+            file=path,
+            field=f"link {name} inertia",
+            allowed="ixx <= iyy + izz, and so on",
         )
 
 

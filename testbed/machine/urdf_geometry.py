@@ -20,6 +20,14 @@ from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.names import JOINTS, LEGS
 from testbed.machine.urdf_check import read_urdf
+from testbed.machine.urdf_shapes import (
+    box_like,
+    extent,
+    link_of,
+    origin_of,
+    sphere_radius_m,
+    unit,
+)
 
 ROUNDING = 1e-9
 """Lengths (m) and angles (rad) that differ by less are the same."""
@@ -56,18 +64,31 @@ class _Geometry:
         """See urdf_numbers."""
         out: dict[str, Any] = {
             "total_mass_kg": sum(self._mass(name) for name in self.links),
-            "body.mass_kg": self._mass("body"),
+            **self._part("body", "body."),
+            **self._belly(),
             **self._mounted(),
         }
         for leg in LEGS:
             out |= {f"each_leg.{leg}.{name}": value for name, value in self._leg(leg).items()}
-            turn = f"axes.{leg}_rotation.limits"
-            out[f"{turn}.lower_rad"], out[f"{turn}.upper_rad"] = self._range(f"{leg}_rotation")
+            turn = f"{leg}_rotation"
+            lower, upper = self._range(turn)
+            limits = {"lower_rad": lower, "upper_rad": upper, **self._most(turn, "n_m", "rad_s")}
+            out |= {f"axes.{turn}.limits.{name}": value for name, value in limits.items()}
             for slide in (f"{leg}_radial", f"{leg}_vertical"):
                 way_m = self._way_m(slide)
+                limits = {"upper_m": way_m, **self._most(slide, "n", "m_s")}
                 out[f"axes.{slide}.cylinder.stroke_m"] = way_m
-                out[f"axes.{slide}.limits.upper_m"] = way_m
+                out |= {f"axes.{slide}.limits.{name}": value for name, value in limits.items()}
         return out
+
+    def _belly(self) -> dict[str, Any]:
+        """What of the platform touches the ground: the box about its shapes."""
+        found = extent(np.eye(3), self.links["body"].findall("collision"))
+        if found is None:
+            return {}
+        lowest, highest = found
+        edges = tuple((highest - lowest).tolist())
+        return {"body.belly_height_m": float(lowest[2]), "body.belly_box_m": edges}
 
     def _mounted(self) -> dict[str, Any]:
         """What sits on the body: drill, rod store and traction devices, as far as there are any."""
@@ -76,16 +97,38 @@ class _Geometry:
             names = ("axis_x_m", "axis_y_m", "mast_foot_height_m")
             mount = zip(names, self._mount("drill_mast"), strict=True)
             out |= {f"drill_body.{name}": value for name, value in mount}
+            out |= self._part("drill_mast", "drill_body.")
+        if "power_unit" in self.links:
+            out |= self._part("power_unit", "power_unit_body.")
+            out["power_unit_body.position_m"] = self._mount("power_unit")
         if "rod_store" in self.links:
-            out["rod_store_body.mass_kg"] = self._mass("rod_store")
+            out |= self._part("rod_store", "rod_store_body.")
             out["rod_store_body.position_m"] = self._mount("rod_store")
         if "traction_left" in self.links:
             names = ("attachment_x_m", "attachment_y_m", "attachment_height_m")
             mount = zip(names, self._mount("traction_left"), strict=True)
             out |= {f"traction_body.{name}": value for name, value in mount}
+            out |= self._part("traction_left", "traction_body.")
         return out
 
-    def _leg(self, leg: str) -> dict[str, float]:
+    def _part(
+        self, link: str, prefix: str, axes: Array | None = None, origin_m: Array | None = None
+    ) -> dict[str, Any]:
+        """Mass, centre and the homogeneous box of a link's inertia, along `axes` (3, 3) of the body
+        frame and from a point of it; else the body's axes and the link's own origin.
+        """
+        turn, origin = self._pose(link)
+        axes = np.eye(3) if axes is None else axes
+        mass_kg = self._mass(link)
+        box_m, centre_m = box_like(self.links[link], mass_kg, axes.T @ turn)
+        off = np.zeros(3) if origin_m is None else axes.T @ (origin - origin_m)
+        return {
+            f"{prefix}mass_kg": mass_kg,
+            f"{prefix}inertia_box_m": box_m,
+            f"{prefix}inertia_centre_m": tuple((centre_m + off).tolist()),
+        }
+
+    def _leg(self, leg: str) -> dict[str, Any]:
         """Hip, direction and foot of a leg as if it were the front left one."""
         turn, slide, lift = (f"{leg}_{joint}" for joint in JOINTS)
         hip, upright = self._axis(turn)
@@ -93,9 +136,9 @@ class _Geometry:
         _, down = self._axis(lift)
         self._needs(turn, upright, (0.0, 0.0, 1.0))
         self._needs(lift, down, (0.0, 0.0, -1.0))
-        self._needs(slide, outward, (*_unit(outward[:2]), 0.0))
+        self._needs(slide, outward, (*unit(outward[:2]), 0.0))
         self._chain(leg)
-        self._check_sole(f"{leg}_foot")
+        self._check_sole(f"{leg}_foot", link_of(self.joints[lift], "child"))
         foot = self._pose(f"{leg}_foot")[1] - hip
         aside = float(outward[0] * foot[1] - outward[1] * foot[0])
         if abs(aside) > STRAIGHT_M:
@@ -106,6 +149,18 @@ class _Geometry:
                 allowed="a foot on the line through the hip's axis along the radial joint",
             )
         front, left = (1.0 if leg[0] == "f" else -1.0), (1.0 if leg[1] == "l" else -1.0)
+        axes = np.column_stack([outward, np.cross(upright, outward), upright])
+        over = hip + float(outward @ foot) * outward  # on the foot's axis, at hip height
+        links = {
+            "rotation": (link_of(self.joints[turn], "child"), hip),
+            "radial": (link_of(self.joints[slide], "child"), over),
+            "vertical": (link_of(self.joints[lift], "child"), over),
+            "foot": (f"{leg}_foot", hip + foot),
+        }
+        parts: dict[str, Any] = {}
+        for part, (link, origin) in links.items():
+            parts |= self._part(link, f"{part}_", axes, origin)
+        radius_m = sphere_radius_m(self.links[f"{leg}_foot"])
         return {
             "hip_x_m": front * float(hip[0]),
             "hip_y_m": left * float(hip[1]),
@@ -113,10 +168,8 @@ class _Geometry:
             "radial_direction_rad": math.atan2(left * outward[1], front * outward[0]),
             "radial_offset_m": float(outward @ foot),
             "foot_height_retracted_m": float(hip[2] + foot[2]),
-            "rotation_mass_kg": self._mass(link_of(self.joints[turn], "child")),
-            "radial_mass_kg": self._mass(link_of(self.joints[slide], "child")),
-            "vertical_mass_kg": self._mass(link_of(self.joints[lift], "child")),
-            "foot_mass_kg": self._mass(f"{leg}_foot"),
+            **({"foot_radius_m": radius_m} if radius_m > 0.0 else {}),
+            **parts,
         }
 
     def _chain(self, leg: str) -> None:
@@ -143,18 +196,31 @@ class _Geometry:
                 allowed=parent,
             )
 
-    def _check_sole(self, foot: str) -> None:
-        """The underside of a foot is at its link's origin: there the legs' kinematics end."""
-        turn = self._pose(foot)[0]
-        lowest = [_lowest_m(turn, shape) for shape in self.links[foot].findall("collision")]
-        if not lowest or abs(min(lowest)) > SOLE_M:
-            raise InputError(
-                "does not touch the ground where its link begins",
-                file=self.path,
-                field=f"link {foot} <collision> underside",
-                value=f"{min(lowest):.6g} m" if lowest else "none",
-                allowed=f"0 m, to {SOLE_M:g}",
-            )
+    def _check_sole(self, foot: str, column: str) -> None:
+        """The underside of a foot is at its link's origin: there the legs' kinematics end. Nothing
+        else of what goes down with it, all that is fixed to the `column`, is lower.
+        """
+        sole_m = float(self._pose(foot)[1][2])
+        for link in self.links:
+            if not self._is_fixed_to(link, column):
+                continue
+            turn, origin = self._pose(link)
+            found = extent(turn, self.links[link].findall("collision"))
+            lowest_m = math.inf if found is None else float(found[0][2] + origin[2]) - sole_m
+            if lowest_m < -SOLE_M or (link == foot and lowest_m > SOLE_M):
+                raise InputError(
+                    "does not end at the underside of the foot, where its link begins",
+                    file=self.path,
+                    field=f"link {link} <collision> underside",
+                    value="none" if found is None else f"{lowest_m:.6g} m",
+                    allowed=f"0 m, to {SOLE_M:g}" if link == foot else "above it",
+                )
+
+    def _is_fixed_to(self, link: str, column: str) -> bool:
+        """Whether a link is another one, or hangs on it by fixed joints alone."""
+        while link != column and link in self.above and self.above[link].get("type") == "fixed":
+            link = link_of(self.above[link], "parent")
+        return link == column
 
     def _needs(self, joint: str, axis: Array, wanted: tuple[float, ...]) -> None:
         if float(np.abs(axis - np.array(wanted)).max()) > STRAIGHT_M:
@@ -184,6 +250,13 @@ class _Geometry:
             )
         return upper
 
+    def _most(self, joint: str, force: str, speed: str) -> dict[str, float]:
+        """Effort and velocity of a joint, named with their units."""
+        limit = self.joints[joint].find("limit")
+        assert limit is not None
+        names = (("effort", force), ("velocity", speed))
+        return {f"{word}_{unit}": float(limit.get(word, "0")) for word, unit in names}
+
     def _range(self, joint: str) -> tuple[float, float]:
         limit = self.joints[joint].find("limit")
         assert limit is not None
@@ -194,7 +267,7 @@ class _Geometry:
         rotation, origin = self._pose(link_of(self.joints[joint], "child"))
         element = self.joints[joint].find("axis")
         text = "1 0 0" if element is None else element.get("xyz", "1 0 0")
-        return origin, rotation @ _unit(np.array([float(word) for word in text.split()]))
+        return origin, rotation @ unit(np.array([float(word) for word in text.split()]))
 
     def _mount(self, link: str) -> tuple[float, float, float]:
         x, y, z = self._pose(link)[1].tolist()
@@ -222,52 +295,3 @@ def differing(found: Mapping[str, Any], declared: Mapping[str, Any]) -> dict[str
         for path, value in found.items()
         if not np.allclose(value, declared[path], rtol=1e-9, atol=1e-9)
     }
-
-
-def link_of(joint: ET.Element, end: str) -> str:
-    """The link at an `end` of a joint: parent or child."""
-    element = joint.find(end)
-    return "" if element is None else str(element.get("link"))
-
-
-def origin_of(origin: ET.Element | None) -> tuple[Array, Array]:
-    """Rotation (3, 3) and translation (3,) of a URDF's <origin>; none is the identity."""
-    if origin is None:
-        return np.eye(3), np.zeros(3)
-    xyz = np.array([float(word) for word in origin.get("xyz", "0 0 0").split()])
-    rpy = [float(word) for word in origin.get("rpy", "0 0 0").split()]
-    return rotation_from_rpy(rpy), xyz
-
-
-def _lowest_m(turn: Array, collision: ET.Element) -> float:
-    """Lowest height of a box, cylinder or sphere, m, in a link's frame that `turn` puts upright."""
-    rotation, centre = origin_of(collision.find("origin"))
-    down, height = (turn @ rotation)[2], float((turn @ centre)[2])
-    geometry = collision.find("geometry")
-    shape = None if geometry is None else next(iter(geometry), None)
-    if shape is None:
-        return height
-    radius, length = (float(shape.get(word, "0")) for word in ("radius", "length"))
-    if shape.tag == "box":
-        edges = np.array([float(word) for word in shape.get("size", "0 0 0").split()])
-        return height - float(np.abs(down) @ edges) / 2.0
-    if shape.tag == "cylinder":
-        return height - abs(float(down[2])) * length / 2.0 - radius * float(np.hypot(*down[:2]))
-    return height - radius
-
-
-def _unit(vector: Array) -> Array:
-    size = float(np.linalg.norm(vector))
-    return vector / size if size > 0.0 else vector
-
-
-def rotation_from_rpy(rpy: list[float]) -> Array:
-    """URDF's convention: R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
-    (cr, cp, cy), (sr, sp, sy) = [[f(word) for word in rpy] for f in (math.cos, math.sin)]
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import re
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
@@ -44,15 +44,15 @@ def page(
     summary: Mapping[str, Any],
     machine: Machine,
     terrain: Terrain | None = None,
-    drawn: Sequence[Drawn] | None = None,
+    drawn: Callable[[], Sequence[Drawn]] | None = None,
 ) -> str:
     """The page's text: of a run, what it comes to (see summary.json), the machine that it truly
-    had, and its ground; `drawn`: its pictures, where they are drawn already.
+    had, and its ground; `drawn`: gives its pictures, where they are drawn meanwhile.
     """
     told = _shown(run, summary, machine, terrain)
-    if drawn is None:
-        drawn = list(draw(told).values())
-    return render("run_report.html.j2", _contents(run, summary, told, drawn))
+    contents = _contents(run, summary, told)
+    parts = drawn() if drawn is not None else list(draw(told).values())
+    return render("run_report.html.j2", contents | {"parts": parts})
 
 
 def pictures_of(
@@ -81,9 +81,7 @@ def _shown(
     return shown(series, summary, Robot.of(machine), terrain, _suspect(summary))
 
 
-def _contents(
-    run: RecordedRun, summary: Mapping[str, Any], told: Shown | None, drawn: Sequence[Drawn]
-) -> dict[str, Any]:
+def _contents(run: RecordedRun, summary: Mapping[str, Any], told: Shown | None) -> dict[str, Any]:
     named = _suspect(summary)
     large = pictures(run.folder, "large") or pictures(run.folder, "small")
     return {
@@ -99,7 +97,6 @@ def _contents(
         "picture_s": large[-1][0] if large else 0.0,
         "slope_deg": float(summary.get("slope_deg") or 0.0),
         "simulated_s": float(run.time_s[-1]) if len(run.time_s) else 0.0,
-        "parts": drawn,
         "animation": animation(told.motion, told.slope_deg, told.robot, told.ground)
         if told is not None and told.motion is not None
         else None,

@@ -26,6 +26,7 @@ from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
 from testbed.machine.urdf_check import read_urdf
+from testbed.machine.urdf_shapes import sphere_radius_m
 from testbed.robot.loads.foot_forces import LegNumbers
 
 
@@ -86,9 +87,9 @@ class RobotModel:
             ]
         )
         """Joint limits (12, 2), rad and m."""
-        self.foot_radius_m = _foot_radius(text)
-        """Radius of the sphere that touches the ground; its lowest point is the foot frame's
-        origin.
+        self.foot_radii_m: Array = _foot_radii(text)
+        """Radius of the sphere by which each foot touches, (4,); its lowest point is the foot
+        frame's origin.
         """
         self.total_mass_kg = float(pin.computeTotalMass(self._model))
         pin.framesForwardKinematics(self._model, self._data, self._q)
@@ -216,7 +217,7 @@ class RobotModel:
                 leg["links"]["centre"][place] = placed.act(link.lever) - first.translation
                 leg["links"]["mass"][place] = link.mass
                 leg["links"]["inertia"][place] = np.diag(link.inertia)
-            leg["foot_radius"] = self.foot_radius_m
+            leg["foot_radius"] = self.foot_radii_m[index]
             leg["foot"] = (data.oMf[self._feet[index]].translation - first.translation)[:2]
         return legs
 
@@ -255,11 +256,9 @@ class RobotModel:
         )
 
 
-def _foot_radius(text: str) -> float:
-    sphere = ElementTree.fromstring(text).find(
-        f"link[@name='{LEGS[0]}_foot']/collision/geometry/sphere"
-    )
-    return 0.0 if sphere is None else float(sphere.get("radius", "0"))
+def _foot_radii(text: str) -> Array:
+    links = {link.get("name"): link for link in ElementTree.fromstring(text).findall("link")}
+    return np.array([sphere_radius_m(links[f"{leg}_foot"]) for leg in LEGS])
 
 
 # Roll, pitch, yaw and quaternions as rotations, and how far a body has turned from another

@@ -176,7 +176,9 @@ class Bound(Checked):
 class Expect(Checked):
     """What must come out of the run; the tests check it."""
 
-    verdict: Literal["stood", "lost footing", "fell", "slid", "rope broke"] | None = None
+    verdict: (
+        Literal["stood", "off its feet", "lost footing", "fell", "slid", "rope broke"] | None
+    ) = None
     """how the run must end"""
     summary: dict[str, Bound] = Field(default_factory=dict)
     """dotted path in summary.json -> bound"""

@@ -10,7 +10,12 @@ from typing import Any
 from testbed.errors import InputError, naming
 from testbed.formats.sockets import is_user_class, split_user_class
 from testbed.formats.yaml_files import parse_yaml
-from testbed.machine.folder import machine_folder
+from testbed.machine.folder import machine_folder, own_numbers
+from testbed.machine.overridden import ruler_of
+from testbed.scenario.drilling import DrillHole
+
+FILLED = ("ropes", "hydraulics", "terrain", "task")
+"""Sections of a scenario with fields that a machine may have a number for."""
 
 
 def locate(data: dict[str, Any], path: Path) -> None:
@@ -33,6 +38,28 @@ def spell_chain(data: dict[str, Any], path: Path) -> None:
     if "task" in data:
         raise InputError("beside task", file=path, field="tasks", allowed="one of both")
     data["task"] = {"kind": "chain", "tasks": data.pop("tasks")}
+
+
+def fill_in(data: dict[str, Any]) -> None:
+    """Give fields that a scenario leaves open the numbers that its machine's own folder has for
+    them: `rope.breaking_load_n` is `ropes.breaking_load_n` then.
+    """
+    machine = data.get("machine")
+    if not isinstance(machine, dict) or not isinstance(machine.get("folder"), str):
+        return
+    for number, quantity in own_numbers(Path(machine["folder"])).items():
+        section, _, field = (ruler_of(number, False) or "").partition(".")
+        if section not in FILLED or ruler_of(number, True) != f"{section}.{field}":
+            continue
+        if section == "task":
+            raw = [task for task, _ in _raw_tasks(data) if isinstance(task, dict)]
+            drilling = [task for task in raw if task.get("kind") == "drill_hole"]
+            parts = drilling if field in DrillHole.model_fields else []
+        else:
+            parts = [data.setdefault(section, {})]
+        for part in parts:
+            if isinstance(part, dict) and part.get("enabled") is not False:
+                part.setdefault(field, quantity.value)
 
 
 def put(data: dict[str, Any], text: str) -> None:

@@ -31,7 +31,7 @@ from testbed.scenario.parts import (
     Sensors,
     Undeclared,
 )
-from testbed.scenario.raw import locate, put, spell_chain
+from testbed.scenario.raw import fill_in, locate, put, spell_chain
 from testbed.scenario.tasks import Chain, Crawl, Drill, Program, RodChange, Stand, Sway, Task
 from testbed.scenario.terrain import Terrain
 
@@ -161,6 +161,7 @@ def load_scenario(
         data["duration_s"] = duration
     spell_chain(data, path)
     locate(data, path)
+    fill_in(data)
     scenario = checked(Scenario, data, path)
     changes = {change.partition("=")[0].strip() for change in overrides}
     if idle := overruled_fields(scenario, _given(scenario), changes, path):

@@ -7,7 +7,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -19,6 +19,7 @@ from testbed.errors import InputError
 from testbed.formats.checked import Checked, Pair, Sequence, checked
 from testbed.formats.yaml_files import parse_yaml, read_yaml
 from testbed.resources import sweep as sweep_path
+from testbed.scenario.raw import put
 from testbed.scenario.scenario import Scenario, load_scenario
 
 MOST_RUNS = 100_000
@@ -104,17 +105,51 @@ class SweepRun:
         return "_".join(part for part in (label, f"seed-{self.scenario.seed}", mark) if part)
 
 
-def load_sweep(path_or_name: str | Path) -> tuple[Sweep, list[SweepRun]]:
+@dataclass(frozen=True)
+class FromOutside:
+    """What a command line changes of every run, as of a single one: `a.b=c` each, the only seed,
+    simulated seconds.
+    """
+
+    changes: Collection[str] = ()
+    seed: int | None = None
+    duration_s: float | None = None
+
+    def put_into(self, tree: Any) -> Any:
+        """A sweep's tree with these changes. Raises InputError for what is no assignment."""
+        if not isinstance(tree, dict):
+            return tree
+        told = dict(tree)
+        for text in self.changes:
+            put({}, text)
+            path, _, value = text.partition("=")
+            common = told.get("set") or {}
+            told["set"] = {**common, path.strip(): parse_yaml(value, f"--set {path}")}
+        if self.seed is not None:
+            told["seeds"] = [self.seed]
+        if self.duration_s is not None:
+            told["duration_s"] = self.duration_s
+        return told
+
+
+NOTHING = FromOutside()
+
+
+def load_sweep(
+    path_or_name: str | Path, told: FromOutside = NOTHING
+) -> tuple[Sweep, list[SweepRun]]:
     """Read a sweep file (or a shipped one by name) and all its runs; identical ones count once.
 
     Raises InputError (file, field, value, what is allowed) for anything that cannot be used, in any
     of the runs.
     """
     path = sweep_path(path_or_name)
-    return _runs_of(read_yaml(path), path)
+    return _runs_of(told.put_into(read_yaml(path)), path)
 
 
-def sweep_of(scenario: str, vary: list[str]) -> tuple[Sweep, list[SweepRun]]:
+def sweep_of(
+    scenario: str, vary: list[str], told: FromOutside = NOTHING
+) -> tuple[Sweep, list[SweepRun]]:
     """A sweep of a scenario from the command line: `path=a,b,c` is a grid, `path=low:high:samples`
     a Latin hypercube.
 
@@ -132,10 +167,12 @@ def sweep_of(scenario: str, vary: list[str]) -> tuple[Sweep, list[SweepRun]]:
                 raise _not_varied(text, f"{latin['samples']} samples, as before")
             latin["ranges"][path.strip()] = [parse_yaml(low, "--vary"), parse_yaml(high, "--vary")]
         elif path.strip() == "seed":
+            if told.seed is not None:
+                raise _not_varied(text, "seeds here or --seed, not both")
             tree["seeds"] = parse_yaml(f"[{values}]", "--vary seed")
         else:
             tree["grid"][path.strip()] = parse_yaml(f"[{values}]", f"--vary {path}")
-    return _runs_of(tree, Path("--vary"))
+    return _runs_of(told.put_into(tree), Path("--vary"))
 
 
 def _not_varied(

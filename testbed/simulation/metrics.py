@@ -140,17 +140,31 @@ def state_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, Con
     }
 
 
+def any_bears(truth: Columns, loss_n: float) -> Flags:
+    """(N) whether any foot bears at least `loss_n`."""
+    bears: Flags = np.any([truth[f"contact_normal_{leg}"] >= loss_n for leg in LEGS], axis=0)
+    return bears
+
+
+def off_its_feet_s(truth: Columns, loss_n: float) -> float:
+    """How long no foot has borne when the run ends, s."""
+    bears = np.flatnonzero(any_bears(truth, loss_n))
+    return float(truth["t"][-1] - truth["t"][bears[-1] if len(bears) else 0])
+
+
 def unloaded(
     data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N
 ) -> tuple[dict[str, float], dict[str, float]]:
     """By foot: the longest time in a row in which it was meant to carry and bore less than `loss_n`
-    [s], and the share of all the time in which it was meant to carry [1].
+    [s], and the share of all the time in which it was meant to carry [1]. A robot that lies is not
+    meant to carry until a foot of it first bears.
     """
     time_s = truth["t"]
+    began = np.logical_or.accumulate(any_bears(truth, loss_n))
     longest_s: dict[str, float] = {}
     share: dict[str, float] = {}
     for leg in LEGS:
-        meant = data.get(f"carrying_{leg}", np.ones(len(time_s))).astype(bool)
+        meant = began & data.get(f"carrying_{leg}", np.ones(len(time_s))).astype(bool)
         hangs = meant & (truth[f"contact_normal_{leg}"] < loss_n)
         spans = intervals(hangs, time_s, LOSS_S)
         longest_s[leg] = max(
@@ -250,6 +264,7 @@ def run_metrics(data: Columns, truth: Columns, slope_deg: float, rule: LossRule)
     losses = contact_losses(data, truth, rule)
     hours = float(truth["t"][-1] - truth["t"][0]) / 3600.0
     margin = stability_margin(truth, rule.force_n)
+    first = int(np.argmax(any_bears(truth, rule.force_n)))  # what lies does not tip
     longest_unloaded_s, unloaded_share = unloaded(data, truth, rule.force_n)
     return {
         "nominal_load_n": rule.nominal_load_n,
@@ -263,7 +278,8 @@ def run_metrics(data: Columns, truth: Columns, slope_deg: float, rule: LossRule)
         "detector": detector_summary(losses, state_scores(data, truth, rule), hours),
         "longest_unloaded_s": longest_unloaded_s,
         "unloaded_share": unloaded_share,
-        "lowest_stability_margin": float(margin.min()),
+        "off_its_feet_s": off_its_feet_s(truth, rule.force_n),
+        "lowest_stability_margin": float(margin[first:].min()),
         "tilt_max_deg": float(tilt_deg(truth, slope_deg).max()),
         "climbed_m": climbed_m(truth, slope_deg),
         "rope_tension_max_n": {side: float(rope_tension_n(truth, side).max()) for side in SIDES},

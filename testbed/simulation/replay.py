@@ -108,7 +108,7 @@ def replay_controller(
     seen, given = rows_at_ticks(rows), []
     with user_code():
         for row in seen:
-            now = statics.look(Measured(rows[row : row + 1]), rows["carrying"][row] > SET)
+            now = statics.balance(Measured(rows[row : row + 1]), rows["carrying"][row] > SET)
             given.append(checked_plan(chosen.plan(now), chosen))
     forces = np.array([plan.forces for plan in given])
     return Plans(seen, forces, np.array([plan.feasible for plan in given])), run.data

@@ -13,7 +13,6 @@ import numpy as np
 
 from testbed.errors import InputError
 from testbed.estimation.commissioning import zero_name
-from testbed.estimation.live.uncertainty import areas_m2
 from testbed.formats.arrays import Array, Columns
 from testbed.formats.files import check_space, plain, write_text
 from testbed.formats.yaml_files import write_yaml, yaml_text
@@ -119,7 +118,7 @@ def zero_forces(simulation: Any) -> dict[str, Any]:
     out = {}
     for axis in AXES:
         hidden = simulation.machine.hidden.cylinders[axis]
-        area_a, area_b = areas_m2(simulation.machines.belief.axes[axis])
+        area_a, area_b = simulation.machines.belief.axes[axis].cylinder.areas_m2
         force_n = area_a * hidden.zero_a_pa - area_b * hidden.zero_b_pa
         out[zero_name(axis)] = {"value": force_n, "unit": "N"}
     return out
@@ -164,15 +163,16 @@ class RunFolder:
         meta = recording_meta(
             scenario, simulation.machines.belief, self._columns[0], surveyed(simulation)
         )
-        self._recorder = RunRecorder(folder, *self._columns, meta)
         copies = not simulation.has_window
-        self._album = Album(folder, scenario.duration_s, copies=copies) if pictures else None
-        self._simulation = simulation
+        self._album = None
+        if pictures:
+            self._album = Album(folder, simulation, scenario.duration_s, copies=copies)
+        self._recorder = RunRecorder(folder, *self._columns, meta)
         self._rows_a_part = max(scenario.rates.record_hz, LEAST_ROWS_A_PART)
         self._waiting: list[tuple[Array, Array]] = []
         self._written_s = time.monotonic()
         if self._album is not None:
-            self._album.take(simulation, 0.0)
+            self._album.take(0.0)
 
     def take(self, data: Array, truth: Array) -> None:
         """The next rows, and a picture where one is due."""
@@ -181,12 +181,12 @@ class RunFolder:
         if waiting >= self._rows_a_part or time.monotonic() - self._written_s > LONGEST_WAIT_S:
             self._write()
         if len(truth) and self._album is not None:
-            self._album.take(self._simulation, float(truth[-1, 0]))
+            self._album.take(float(truth[-1, 0]))
 
     def take_last(self, now_s: float) -> None:
         """The large picture at the run's end."""
         if self._album is not None:
-            self._album.take_large(self._simulation, now_s)
+            self._album.take_large(now_s)
 
     def keep(self, data: Array, truth: Array) -> None:
         """The next rows, of which no picture is taken."""

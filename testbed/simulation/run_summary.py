@@ -130,17 +130,18 @@ def stability_summary(
     normals = np.array([truth[f"contact_normal_{leg}"] for leg in LEGS])
     stands = machine.scale.force * TOUCHING_N <= normals.T
     friction = scenario.terrain.friction
+    first = int(np.argmax(stands.any(axis=1)))  # what lies does not tip
     found = np.array(
         [
-            _margins(model, friction, data, truth, look, np.flatnonzero(feet))
-            for look, feet in enumerate(stands)
+            _margins(model, friction, data, truth, look, np.flatnonzero(stands[look]))
+            for look in range(first, len(stands))
         ]
     )
-    wrench, energy = (int(np.argmin(found[:, measure])) for measure in (0, 1))
+    wrench, energy = (first + int(np.argmin(found[:, measure])) for measure in (0, 1))
     return {
-        "lowest_wrench_margin_n": float(found[wrench, 0]),
+        "lowest_wrench_margin_n": float(found[wrench - first, 0]),
         "lowest_wrench_margin_at_s": float(truth["t"][wrench]),
-        "lowest_energy_margin_j": float(found[energy, 1]),
+        "lowest_energy_margin_j": float(found[energy - first, 1]),
         "lowest_energy_margin_at_s": float(truth["t"][energy]),
     }
 
@@ -187,6 +188,8 @@ def _margins(
     return wrench, tipping_work_j(feet[standing], forces, points)
 
 
+OFF_S = 0.05
+"""A machine is off its feet where none has borne for longer when the run ends (E)."""
 UNLOADED_S, UNLOADED_SHARE, UNLOADED_ANYHOW_S = 5.0, 0.5, 10.0
 """A machine has not stood where a foot that was meant to carry bore nothing for so long in a row
 and for this share of its time, or for the longer time in a row anyhow (E)."""
@@ -209,6 +212,8 @@ class Ending:
         """
         if self.fault is not None:
             return f"fault: {self.fault or type(self.fault).__name__}"
+        if of_world == "stood" and figures.get("off_its_feet_s", 0.0) > OFF_S:
+            return "off its feet"
         if of_world == "stood" and _hung(figures):
             return "lost footing"
         return of_world

@@ -7,6 +7,7 @@ import io
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -78,10 +79,14 @@ def run_sweep(
     interrupted; what a killed process left is made again. Several processes may work in one `out`:
     each run has its lock, and is made once. After Ctrl-C the runs at work keep what they have,
     results hold those that are done, and KeyboardInterrupt goes on. Raises InputError where `out`
-    cannot be used or a cluster does not answer.
+    cannot be used, a cluster does not answer or there is no engine here.
     """
     check_sweep_folder(out)
     workers.check()
+    if not workers.cluster:
+        import_module(
+            "testbed.world.engine"
+        )  # refused where there is none, before a folder is made
     folder = make_folder(out / "runs").resolve()
     keeps = sweep.keeps_series(len(runs))
     todo = [

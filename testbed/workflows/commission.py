@@ -32,7 +32,6 @@ from testbed.effects.rope_tension_gain import TensionGain
 from testbed.effects.sensor_zero import ZeroA
 from testbed.errors import InputError
 from testbed.estimation.commissioning import Number, Weighed
-from testbed.estimation.live.uncertainty import areas_m2
 from testbed.formats.files import check_file, owned, write_text
 from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
@@ -263,7 +262,7 @@ def believed(found: Weighed, machine: Machine, seconds: float) -> RobotModelFile
         shift = float(found.moment_kg_m[k]) / body_kg
         whole[f"{CentreOfMass.kind}@body.{axis}"] = Number(shift, "m", spread)
     for axis, force in found.zeros.items():
-        area_a, _ = areas_m2(machine.axes[axis])
+        area_a, _ = machine.axes[axis].cylinder.areas_m2
         zero = Number(force.value / area_a, "Pa", force.sd / area_a)
         whole[f"{ZeroA.kind}@{axis}.zero"] = zero
     entries = {name.rpartition(".")[0] for name in numbers if name.partition("@")[0] in LIVE}

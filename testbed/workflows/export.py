@@ -21,29 +21,34 @@ from testbed.simulation.video import SIZE, Video
 
 ENDINGS = (".csv", ".mcap")
 NUMBER = {"type": "number"}
-XYZ = {"type": "object", "properties": {name: NUMBER for name in "xyz"}}
-TURN = {"type": "object", "properties": {name: NUMBER for name in "xyzw"}}
-TIME = {
-    "type": "object",
-    "title": "time",
-    "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}},
-}
-FRAME_TRANSFORM = {
-    "title": "foxglove.FrameTransform",
-    "type": "object",
-    "properties": {
-        "timestamp": TIME,
-        "parent_frame_id": {"type": "string"},
-        "child_frame_id": {"type": "string"},
-        "translation": {"title": "foxglove.Vector3"} | XYZ,
-        "rotation": {"title": "foxglove.Quaternion"} | TURN,
+
+
+def _whole(title: str, **fields: dict[str, Any]) -> dict[str, Any]:
+    """A JSON schema of an object that has all of these fields."""
+    return {"title": title, "type": "object", "properties": fields, "required": list(fields)}
+
+
+FRAME_TRANSFORMS = _whole(
+    "foxglove.FrameTransforms",
+    transforms={
+        "type": "array",
+        "items": _whole(
+            "foxglove.FrameTransform",
+            timestamp={
+                "title": "time",
+                "type": "object",
+                "properties": {
+                    "sec": {"type": "integer", "minimum": 0},
+                    "nsec": {"type": "integer", "minimum": 0, "maximum": 999_999_999},
+                },
+            },
+            parent_frame_id={"type": "string"},
+            child_frame_id={"type": "string"},
+            translation=_whole("foxglove.Vector3", **dict.fromkeys("xyz", NUMBER)),
+            rotation=_whole("foxglove.Quaternion", **dict.fromkeys("xyzw", NUMBER)),
+        ),
     },
-}
-FRAME_TRANSFORMS = {
-    "title": "foxglove.FrameTransforms",
-    "type": "object",
-    "properties": {"transforms": {"type": "array", "items": FRAME_TRANSFORM}},
-}
+)
 """As Foxglove publishes them: a panel in three dimensions draws the machine's URDF at these
 frames.
 """

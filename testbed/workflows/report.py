@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import sys
 from collections.abc import Container, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +13,7 @@ from testbed.report.comparison import Side
 from testbed.report.comparison import page as comparison
 from testbed.report.run_report import Drawn, page
 from testbed.report.run_report import pictures_of as report_pictures
+from testbed.simulation.copies import Copy, can_copy
 from testbed.simulation.runs import (
     SCENARIO,
     RecordedRun,
@@ -29,6 +25,7 @@ from testbed.simulation.runs import (
 
 if TYPE_CHECKING:
     from testbed.machine.model import Machine
+    from testbed.scenario.scenario import Scenario
     from testbed.scenario.terrain import Terrain
 
 
@@ -42,8 +39,9 @@ def write_report(folder: str | Path, helpers: Drawers | None = None) -> Path:
     with owned(folder, field=None) as path:
         run, report = open_run(path), path / "report.html"
         with _shown(path):
-            drawn = helpers.draw(path) if helpers is not None else None
-            text = page(run, *_of(run), drawn)
+            if helpers is not None:
+                helpers.begin(path)
+            text = page(run, *_of(run), helpers.drawn if helpers is not None else None)
         write_text(report, text)
     return report
 
@@ -145,69 +143,78 @@ def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
     }
 
 
-# Processes that draw a run's report on the other core: they load what drawing needs while the run
-# goes on.
+# Copies of this process that draw a run's report: they load what drawing needs on the other core
+# while the run goes on.
 
-WORKERS = 2
+SHARES = 2
 SHORTEST_S = 20.0
 """Simulated time of a run whose report is worth processes of its own."""
 
 
 class Drawers:
-    """Processes that draw; each takes every so many-th picture of a report."""
+    """Draw: half of a report's pictures by one copy, the others by a copy of that."""
 
-    def __init__(self) -> None:
-        """Start them, and let them load what they need."""
-        self._pool = ProcessPoolExecutor(
-            WORKERS, mp_context=get_context("spawn"), initializer=_begin
-        )
-        for _ in range(WORKERS):
-            self._pool.submit(_load)
+    def __init__(self, scenario: Scenario) -> None:
+        """Make the first copy, and let it load what a run of `scenario` needs; what this process
+        needs too is loaded here.
+        """
+        import testbed.simulation.live_run  # noqa: F401
 
-    def draw(self, folder: Path) -> list[Drawn]:
-        """All pictures of the run in `folder`, in order. Raises what drawing raises."""
-        shares: list[Future[dict[int, Drawn]]] = [
-            self._pool.submit(_draw, str(folder), share) for share in range(WORKERS)
-        ]
-        drawn: dict[int, Drawn] = {}
-        for share in shares:
-            drawn |= share.result()
-        return [drawn[number] for number in sorted(drawn)]
+        self._copy = Copy(_draw)
+        self._copy.begin(scenario)
+
+    def begin(self, folder: Path) -> None:
+        """Begin to draw all pictures of the run in `folder`."""
+        self._copy.begin(folder)
+
+    def drawn(self) -> list[Drawn]:
+        """The pictures, in order. Raises what drawing raises."""
+        pictures: dict[int, Drawn] = self._copy.results()[-1]
+        return [pictures[number] for number in sorted(pictures)]
 
     def close(self) -> None:
-        """End them."""
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        """End it."""
+        self._copy.close()
 
 
 @contextmanager
-def drawers(simulated_s: float) -> Iterator[Drawers | None]:
-    """Context: Drawers of a run of `simulated_s`; None where it is short or there is one core."""
-    cores = os.sched_getaffinity(0) if sys.platform == "linux" else range(os.cpu_count() or 1)
-    if simulated_s < SHORTEST_S or len(cores) < WORKERS:
+def drawers(scenario: Scenario) -> Iterator[Drawers | None]:
+    """Context: Drawers of a run of `scenario`; None where it is short or there is one core."""
+    if scenario.duration_s < SHORTEST_S or not can_copy():
         yield None
         return
-    them = Drawers()
+    them = Drawers(scenario)
     try:
         yield them
     finally:
         them.close()
 
 
-def _begin() -> None:
-    """Ctrl-C is the run's, which sums itself up."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _draw(folder: Path | Scenario) -> dict[int, Drawn]:
+    """Number of a picture -> the picture; before there is a folder, load what all of them need."""
+    if not isinstance(folder, Path):
+        _load(folder)
+        return {}
+    other = Copy(lambda share: _share(folder, share))
+    other.begin(1)
+    drawn = _share(folder, 0)
+    drawn |= other.results()[0]
+    other.close()
+    return drawn
 
 
-def _load() -> None:
-    """What every picture needs: the drawing library with its fonts, and what reads a run."""
-    import testbed.workflows.report  # noqa: F401
+def _load(scenario: Scenario) -> None:
+    """The drawing library with its fonts, the machine's kinematics, and what reads a run."""
+    import pyarrow.parquet  # noqa: F401
+
     from testbed.report.style import new_figure, svg
+    from testbed.robot.robot import Robot
+    from testbed.scenario.machines import machines_of
 
     svg(new_figure(1, 2.0)[0], "first")
+    Robot.of(machines_of(scenario).truth)
 
 
-def _draw(folder: str, share: int) -> dict[int, Drawn]:
-    """Number of a picture -> the picture, of every WORKERS-th from `share` on."""
-    from testbed.workflows.report import pictures_of
-
-    return pictures_of(Path(folder), range(share, 10**6, WORKERS))
+def _share(folder: Path, share: int) -> dict[int, Drawn]:
+    """Every SHARES-th picture from `share` on."""
+    return pictures_of(folder, range(share, 10**6, SHARES))

@@ -34,11 +34,6 @@ from testbed.world.start import Start, find_start
 from testbed.world.undeclared import bodies_of, hidden_of
 from testbed.world.verdict import Judge
 
-RAISED_M = 0.05
-"""Mean extension of the vertical cylinders from which on the robot starts on its feet, not on its
-belly.
-"""
-
 
 @dataclass
 class Assembled:
@@ -172,7 +167,6 @@ def assemble(
     except BaseException:
         engine.close()
         raise
-    raised = float(np.mean(scenario.robot.vertical_m)) > RAISED_M * machines.truth.scale.length
     return Assembled(
         boards=boards,
         engine=engine,
@@ -182,7 +176,10 @@ def assemble(
         noise_rng=seeds[1],
         added_noise_rng=np.random.default_rng([scenario.seed, 40]),
         judge=Judge(
-            start.rotation, robot.model.total_mass_kg * GRAVITY_M_S2, raised, machines.truth.scale
+            start.rotation,
+            robot.model.total_mass_kg * GRAVITY_M_S2,
+            start.raised,
+            machines.truth.scale,
         ),
         kinematics=robot.model,
         hidden=hidden,

@@ -120,6 +120,7 @@ class Engine:
         self.joints: list[int] = [by_name[name] for name in AXES]
         self._limits = [(info[joint][8], info[joint][9]) for joint in self.joints]
         links = {row[12].decode(): row[0] for row in info}
+        self.link_names = {-1: "body"} | {number: name for name, number in links.items()}
         self.foot_links: dict[int, int] = {
             by_name[f"{leg}_vertical"]: index for index, leg in enumerate(LEGS)
         }

@@ -69,6 +69,14 @@ class FootContacts:
             if size > 0.0:
                 normals[foot] = x / size, y / size, z / size
 
+    def elsewhere(self, ground: int) -> tuple[float, int]:
+        """How far the ground is from what of the robot is no foot, m, negative inside it (inf: it
+        is nowhere near), and the link (-1: the body) that is nearest.
+        """
+        near = self._closest(self._robot, ground, 0.0)
+        others = [(float(row[8]), int(row[3])) for row in near if row[3] not in self._feet]
+        return min(others, default=(math.inf, -1))
+
     def gap(self, leg: int, reach_m: float = 1.0) -> tuple[float, Array]:
         """Distance of a foot from its ground, m (inf: none), negative inside it, and the ground's
         normal there (3).

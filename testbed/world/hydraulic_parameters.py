@@ -41,9 +41,7 @@ def axis_parameters(
 
 def _cylinder(out: Any, axis: Axis, degc: float) -> None:
     cylinder, oil = axis.cylinder, axis.oil
-    bore, rod = cylinder.bore_m, cylinder.rod_m
-    out["a"]["area"] = math.pi / 4 * bore**2
-    out["b"]["area"] = math.pi / 4 * (bore**2 - rod**2)
+    out["a"]["area"], out["b"]["area"] = cylinder.areas_m2
     out["a"]["dead_volume"] = cylinder.dead_volume_a_m3
     out["b"]["dead_volume"] = cylinder.dead_volume_b_m3
     out["a"]["hose_elasticity"] = oil.hose_elasticity_m3_pa

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +60,14 @@ def pose(machine: Assembled, origin_m: Array, quaternion: Array, joints: Array) 
     for index in range(3):
         body.position[index] = centre[index]
     engine.reset(origin_m, rotation, joints)
+
+
+def show(machine: Assembled, boards: NDArray[Any]) -> None:
+    """Put the robot, its ropes and its drill as the boards have them."""
+    machine.boards[:] = boards
+    plant.rotation_matrix(machine.board.body.quaternion, machine.board.rotation)
+    joints = boards["engine"]["joint"][0]
+    machine.engine.reset(machine.origin_in_world(), machine.boards["rotation"][0], joints)
 
 
 def set_shown(machine: Assembled, ropes_whole: Sequence[bool], hole_depth_m: float) -> None:

@@ -14,7 +14,7 @@ from testbed.effects.terms import Hidden
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
-from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, VERTICAL
 from testbed.robot.loads.foot_loads import ExpectedLoads, rods_wrench
 from testbed.robot.model import RobotModel
 from testbed.scenario.scenario import Scenario
@@ -24,7 +24,15 @@ from testbed.world.ground.terrain import Ground, anchors_in_world
 from testbed.world.undeclared import anchors_of, attachments_of
 
 TRIES, TOUCH_M = 40, 1.0e-6
-"""A foot is brought down onto uneven ground to within this distance."""
+"""What touches the ground at the start touches it to within this distance."""
+
+ROUNDING = 1e-9
+"""Joint positions that are out of range by less are at its end, m and rad."""
+
+RAISED_M = 0.05
+"""Mean extension of the vertical cylinders from which on the robot starts on its feet, not on its
+belly.
+"""
 
 TAUT_SHARE = 0.05
 """A rope that has nothing to do is kept taut by this share of the other's tension (E)."""
@@ -47,6 +55,8 @@ class Start:
     """Where people believe the anchors to be; the directions that this gives."""
     surveyed_directions: Array
     rope_tension_n: Array
+    raised: bool
+    """Whether it stands on its feet; else it may lie on its belly."""
     footing: Footing | None
 
 
@@ -72,25 +82,14 @@ def find_start(
     """Place the body parallel to the mean slope, reach the ground with each foot, balance ropes,
     feet and joints.
 
-    Raises InputError where a posture or a foothold is out of a joint's range.
+    Where it lies on its belly, the feet are off the ground as far as they are drawn in.
+
+    Raises InputError where a posture or a foothold is out of a joint's range, or a robot on its
+    feet has another part in the ground.
     """
     rotation = ground.rotation_slope_to_world
-    joints = nominal_joints(scenario)
-    _check_range(joints, model, "robot")
-    feet = model.foot_positions_m(joints)
-    height = -float(feet[:, 2].mean()) + scenario.robot.height_offset_m
-    position = rotation @ np.array([0.0, 0.0, height])
-    if scenario.robot.height_offset_m == 0.0:
-        if ground.flat:
-            gaps = height + feet[:, 2]
-        else:
-            reached = joints.copy()
-            _reach_down(ground, engine, position, rotation, reached)
-            gaps = (reached - joints)[list(VERTICAL)]
-        shift = float(gaps.max() + gaps.min()) / 2.0
-        position = position - rotation @ np.array([0.0, 0.0, shift])
-        joints[list(VERTICAL)] += gaps - shift
-        _check_range(joints, model, "terrain")
+    raised = float(np.mean(scenario.robot.vertical_m)) > RAISED_M * parameters.scale.length
+    position, joints, lift_m = _put_down(scenario, ground, model, engine, raised)
     undersides = position + model.foot_positions_m(joints) @ rotation.T
     footing = footing_of(scenario.terrain, ground, engine, undersides, tuple(hidden.feet.values()))
     surveyed = anchors_in_world(scenario.ropes, rotation)
@@ -111,7 +110,7 @@ def find_start(
         rope_forces_in_body=tension[:, None] * (directions @ rotation),
         drill_wrench_in_body=rods_wrench(model, drill_known, gravity),
     )
-    forces = loads.force_in_body_n
+    forces = loads.force_in_body_n * (lift_m == 0.0)
     _, jacobians = model.feet(joints)
     hold = model.gravity_forces(joints, gravity)[6:] - np.einsum("lij,li->j", jacobians, forces)
     # Press each foot in as deep as the ground gives under its load.
@@ -130,6 +129,7 @@ def find_start(
         surveyed_anchors_m=surveyed,
         surveyed_directions=_towards(surveyed, drawn),
         rope_tension_n=tension,
+        raised=raised,
         footing=footing,
     )
 
@@ -190,17 +190,86 @@ def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array
             return
 
 
-def _check_range(joints: Array, model: RobotModel, section: str) -> None:
-    from testbed.machine.names import AXES
+def _put_down(
+    scenario: Scenario, ground: Ground, model: RobotModel, engine: Engine, raised: bool
+) -> tuple[Array, Array, float]:
+    """Place of the body in the world (3), m, joints (12), and how far other parts than feet lift
+    the feet off the ground, m. Where feet are too uneven to reach it from where the robot lies, all
+    legs are as drawn in as the scenario says.
+    """
+    rotation, robot = ground.rotation_slope_to_world, scenario.robot
+    joints = nominal_joints(scenario)
+    _check_range(joints, model, "robot")
+    feet = model.foot_positions_m(joints)
+    height = -float(feet[:, 2].mean()) + robot.height_offset_m
+    position = rotation @ np.array([0.0, 0.0, height])
+    reached = joints.copy()
+    if robot.height_offset_m == 0.0:
+        if ground.flat:
+            gaps = height + feet[:, 2]
+        else:
+            _reach_down(ground, engine, position, rotation, reached)
+            gaps = (reached - joints)[list(VERTICAL)]
+        shift = float(gaps.max() + gaps.min()) / 2.0
+        reached = joints.copy()
+        reached[list(VERTICAL)] += gaps - shift
+        if not raised and _out_of_range(reached, model) is not None:
+            lying = position - float(gaps.min()) * rotation[:, 2]
+            lift_m = _lift_out(engine, lying, rotation, joints)
+            if lift_m > 0.0:
+                return lying + lift_m * rotation[:, 2], joints, lift_m
+        _check_range(reached, model, "terrain")
+        position = position - shift * rotation[:, 2]
+    lift_m = _lift_out(engine, position, rotation, reached, scenario if raised else None)
+    return position + lift_m * rotation[:, 2], reached, lift_m
 
-    for index, name in enumerate(AXES):
-        low, high = model.limits[index]
-        if not low - 1e-9 <= joints[index] <= high + 1e-9:
+
+def _lift_out(
+    engine: Engine,
+    position: Array,
+    rotation: Array,
+    joints: Array,
+    on_its_feet: Scenario | None = None,
+) -> float:
+    """How far along the slope's normal the robot has to go until only feet are in the ground, m.
+
+    Raises InputError where one that stands `on_its_feet`, as this scenario has it, would have to.
+    """
+    lift_m = 0.0
+    for _ in range(TRIES):
+        engine.reset(position + lift_m * rotation[:, 2], rotation, joints)
+        gap_m, link = engine.feet.elsewhere(engine.ground)
+        if gap_m >= -TOUCH_M:
+            break
+        if on_its_feet is not None:
+            mean_m = float(np.mean(on_its_feet.robot.vertical_m))
             raise InputError(
-                "the start posture is out of the joint's range"
-                if section == "robot"
-                else "a foot cannot reach the ground within its stroke",
-                field=f"{section} {name}",
-                value=round(float(joints[index]), 4),
-                allowed=f"{low:.4g} to {high:.4g}",
+                f"the <collision> of {engine.link_names[link]} lies {-1e3 * gap_m:.3g} mm in the "
+                "ground at the start",
+                field="robot.vertical_m",
+                value=round(mean_m, 4),
+                allowed=f"at least {mean_m - gap_m:.4g} m, as the mean of the legs",
             )
+        lift_m -= gap_m
+    return lift_m
+
+
+def _out_of_range(joints: Array, model: RobotModel) -> int | None:
+    """The first of joints (12) that is out of its range."""
+    low, high = model.limits.T
+    out = np.flatnonzero((joints < low - ROUNDING) | (joints > high + ROUNDING))
+    return int(out[0]) if len(out) else None
+
+
+def _check_range(joints: Array, model: RobotModel, section: str) -> None:
+    index = _out_of_range(joints, model)
+    if index is not None:
+        low, high = model.limits[index]
+        raise InputError(
+            "the start posture is out of the joint's range"
+            if section == "robot"
+            else "a foot cannot reach the ground within its stroke",
+            field=f"{section} {AXES[index]}",
+            value=round(float(joints[index]), 4),
+            allowed=f"{low:.4g} to {high:.4g}",
+        )

@@ -55,7 +55,7 @@ def _balance(
         supply_pressure=9.0e6,
         ordered_thrust=thrust_n,
     )
-    return statics.look(measured, np.isin(np.arange(4), legs))
+    return statics.balance(measured, np.isin(np.arange(4), legs))
 
 
 @pytest.mark.parametrize("name", ["pseudo_inverse", "qp", "drill"])

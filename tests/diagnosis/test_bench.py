@@ -172,4 +172,5 @@ class _Judged:
 def test_a_bench_that_lacks_nothing_keeps_the_model_that_predicts_every_run_left_out_better(
     refit: tuple[float, float], left: str
 ) -> None:
-    assert nothing_lacking(_Judged(refit)) == left  # type: ignore[arg-type]
+    assert nothing_lacking(_Judged(refit), 1.2) == left  # type: ignore[arg-type]
+    assert nothing_lacking(_Judged(refit), 12.0) == "identify"  # type: ignore[arg-type]

@@ -4,6 +4,7 @@ blocks.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -49,6 +50,23 @@ def test_edges_of_unlike_size_show_in_linear_flow_terms_and_a_sound_valve_does_n
     sound, _ = flow_structure(*problem_of(monkeypatch, {}))
     unlike, fall = flow_structure(*problem_of(monkeypatch, {"edge_gain": 0.1}))
     assert unlike > 5.0 * sound and fall > 0.5
+
+
+@pytest.mark.slow
+def test_a_recorder_that_writes_its_command_a_sample_early_is_no_finding(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem, sound = problem_of(monkeypatch, {})
+    rig, _ = make_rig(12, "outside")
+    early = [
+        replace(one, valve_command=np.append(one.valve_command[1:], one.valve_command[-1]))  # type: ignore[index]
+        for one in rig.identify
+    ]
+    series = series_of(early, problem.base.known)
+    fit, _ = fit_base(Problem(series, problem.base, True))
+    sample_s = 1.0 / series[0].full_rate_hz
+    assert fit.at.edge.late_s - sound.at.edge.late_s == pytest.approx(sample_s, rel=0.2)
+    assert fit.scale["flow"] == pytest.approx(sound.scale["flow"], rel=0.1)
 
 
 @pytest.mark.slow

@@ -4,16 +4,20 @@ them.
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from testbed.effects import by_name
+from testbed.diagnosis.leg.hypotheses import narrowed
+from testbed.diagnosis.leg.points import Point, point, start_vector
+from testbed.effects import OF_A_CYLINDER, by_name
 from testbed.effects.force_cushion import LEFT_COST
 from testbed.effects.force_periodic import strongest_line
 from testbed.effects.friction_presliding import BENT_M, SOUND_BEND_M, SOUND_COST
-from testbed.effects.terms import ForceResidual, Observed, Signals
+from testbed.effects.terms import USUAL, ForceResidual, Observed, Signals
+from testbed.estimation.leg.flow import Edge
 from testbed.formats.arrays import Array
 from testbed.recording.known import Known
 from testbed.recording.leg_model import Friction
@@ -27,13 +31,64 @@ def observed(kind: str = "vertical-leg", **changes: Any) -> Observed:
     position = 0.25 + 0.15 * np.sin(0.4 * TIME_S)
     zero = np.zeros_like(TIME_S)
     channels: dict[str, Array] = {"position_m": position, "oil_temperature_degc": 20.0 + TIME_S / 6}
+    given: dict[str, Any] = {"known": changes.pop("known", Known()), "reference_n": (None,)}
     channels |= {k: changes.pop(k) for k in list(changes) if k in Signals.__dataclass_fields__}
     signals = Signals(
         TIME_S, RATE_HZ, Known(), velocity_m_s=zero, acceleration_m_s2=zero, **channels
     )
     friction = Friction(coulomb_plus_n=400.0, stribeck_plus_n=100.0)
-    given: dict[str, Any] = {"reference_n": (None,)} | changes
-    return Observed(kind, Known(), friction, (signals,), **given)
+    return Observed(kind, friction=friction, signals=(signals,), **given | changes)
+
+
+def leg_of(area: float) -> Known:
+    """A leg whose areas, volumes and flow are so many times the usual one's."""
+    bore = float(np.sqrt(4.0 / np.pi * USUAL[0] * area))
+    return Known(
+        bore_m=bore,
+        rod_m=0.5 * bore,
+        stroke_m=USUAL[1],
+        moving_mass_kg=100.0 * area,
+        supply_pressure_nominal_pa=USUAL[2],
+        tank_pressure_pa=2e5,
+        dead_volume_a_m3=4e-4 * area,
+        dead_volume_b_m3=4e-4 * area,
+        bulk_modulus_pa=1e9,
+        valve_rated_flow_m3_s=USUAL[3] * area,
+        valve_rated_drop_per_edge_pa=3.5e6,
+        valve_natural_frequency_hz=30.0,
+        valve_damping=0.9,
+        valve_deadband=0.03,
+        internal_leakage_m3_s_pa=5e-14 * area,
+    )
+
+
+def test_what_a_fit_starts_from_grows_with_the_leg() -> None:
+    tiny, usual = observed(known=leg_of(0.01)), observed(known=leg_of(1.0))
+    for name, key in (
+        ("friction.pressure", "coefficient"),
+        ("force.spring", "stiffness"),
+        ("force.cushion", "stiffness"),
+        ("leakage.internal", "coefficient"),
+    ):
+        small, large = (by_name(name).starts(seen)[0][key] for seen in (tiny, usual))
+        assert small == pytest.approx(0.01 * large)
+    assert tiny.size("Pa s/m3") == pytest.approx(100.0) and tiny.size("Hz") == 1.0
+    assert observed("cylinder", known=leg_of(0.01)).size("m2") == 1.0
+
+
+@pytest.mark.parametrize("area", [1e-4, 0.01, 1.0, 30.0])
+def test_every_effect_starts_within_its_bounds_on_legs_of_any_size(area: float) -> None:
+    seen = observed(known=leg_of(area))
+    problem: Any = SimpleNamespace(observed=lambda *_: seen, base=SimpleNamespace(friction=None))
+    for effect in OF_A_CYLINDER:
+        if effect.name == "force.periodic":
+            continue  # begins at a residual's strongest line
+        for start in effect.starts(seen):
+            found = narrowed(problem, effect, start)
+            first = point(found, start_vector(found), Point(Friction(), Edge(), ()))
+            (active,) = first.effects
+            assert all(c.low < c.high for c in found)
+            assert all(np.isfinite(value) for value in active.values.values())
 
 
 def test_load_friction_is_not_seen_in_the_air_nor_thinning_oil_at_one_temperature() -> None:

@@ -69,7 +69,7 @@ def test_the_observer_maps_each_range_to_minus_one_and_one() -> None:
             [getattr(row, end) for row in TABLE if not row.column.startswith("orders.")]
         )
         orders = {r.column: getattr(r, end) for r in TABLE if r.column.startswith("orders.")}
-        assert observer.look(values, orders) == pytest.approx(np.full(len(TABLE), wanted))
+        assert observer.observe(values, orders) == pytest.approx(np.full(len(TABLE), wanted))
 
 
 def test_truth_is_in_no_row_of_the_table() -> None:

@@ -15,7 +15,7 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.estimation.commissioning import Number, Weighed
-from testbed.estimation.live.uncertainty import areas_m2, constants
+from testbed.estimation.live.uncertainty import constants
 from testbed.formats.table import read_columns
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.build import build_machine
@@ -49,7 +49,7 @@ def test_what_was_found_is_believed_with_its_interval(tmp_path: Path) -> None:
     known = constants(own.sure, own.expected)[0]
     fl, fr = AXES.index("fl_vertical"), AXES.index("fr_vertical")
     axis = machine.axes["fl_vertical"]
-    sensors = axis.sensor.pressure_accuracy_pa * np.hypot(*areas_m2(axis))
+    sensors = axis.sensor.pressure_accuracy_pa * np.hypot(*axis.cylinder.areas_m2)
     assert known["zero"][fl] == pytest.approx(np.hypot(20.0, sensors), rel=1e-3)
     assert known["side"][fl] == pytest.approx(0.03, rel=1e-3)
     assert known["side"][fr] == pytest.approx(0.2 / 12.0**0.5)

@@ -228,7 +228,7 @@ def test_a_view_begins_with_the_loads_in_units_of_the_loss_force() -> None:
     scale = ViewNumbers.one(**Learned.scale)
     views_over(np.asarray(_samples(np.array([2943.0]))), scale, FootMemory.zeros(4), 1e-3, 1, views)
     assert views[0, 0, :12] == pytest.approx(np.arcsinh(10.0))
-    assert VIEW[0] == "own, mean over 2 ms" and len(VIEW) == 70
+    assert VIEW[0] == "loads_own_2_ms" and len(VIEW) == 70
 
 
 def test_a_view_knows_side_forces_the_balance_and_a_sensor_that_drifts() -> None:
@@ -245,16 +245,14 @@ def test_a_view_knows_side_forces_the_balance_and_a_sensor_that_drifts() -> None
     every = len(samples)
     views_over(np.asarray(samples), scale, FootMemory.zeros(4), 1e-3, every, views)
     seen = dict(zip(VIEW, np.sinh(views[0, 0]) * Learned.scale["loss_force"], strict=True))
-    assert seen["side force, mean size over 300 ms"] == pytest.approx(500.0)
-    assert seen["side force, size of its mean over 50 ms"] == pytest.approx(500.0)
-    assert seen["side force of all feet, mean size over 50 ms"] == pytest.approx(500.0)
-    beyond = seen["what all feet bear beyond the expected, mean over 100 ms"]
-    assert beyond == pytest.approx(800.0)
-    assert seen["own less carried, mean over 10 s"] == pytest.approx(1000.0)
-    assert seen["own, least of the last 2 s"] == pytest.approx(2000.0)
+    assert seen["sideways_300_ms"] == pytest.approx(500.0)
+    assert seen["pushed"] == pytest.approx(500.0)
+    assert seen["aside"] == pytest.approx(500.0)
+    assert seen["beyond"] == pytest.approx(800.0)
+    assert seen["behind_carried"] == pytest.approx(1000.0)
+    assert seen["least"] == pytest.approx(2000.0)
     given_back = 1000.0 - BREAK_AWAY * Learned.scale["loss_force"]
-    free = seen["carried without drift, mean over 50 ms"]
-    assert free == pytest.approx(1000.0 + given_back)
+    assert seen["history_free_50_ms"] == pytest.approx(1000.0 + given_back)
 
 
 def test_a_view_knows_how_long_ago_a_foot_was_low_and_which_feet_are_stirred() -> None:
@@ -268,12 +266,11 @@ def test_a_view_knows_how_long_ago_a_foot_was_low_and_which_feet_are_stirred() -
     views, scale = np.empty((1, 4, len(VIEW))), ViewNumbers.one(**Learned.scale)
     views_over(np.asarray(samples), scale, FootMemory.zeros(4), 1e-3, len(load), views)
     bounced, _, drilled, still = (dict(zip(VIEW, foot, strict=True)) for foot in views[0])
-    since = 0.02 * (10.0 ** bounced["how long ago it was below the loss force"] - 1.0)
+    since = 0.02 * (10.0 ** bounced["history_since_below"] - 1.0)
     assert since == pytest.approx(0.3, abs=0.02)
-    low = bounced["share of the last 2 s in which it was below the loss force"]
-    assert 0.06 < low < 0.1
-    assert drilled["share of the last 2 s in which it was below the loss force"] == 0.0
-    stirred = "carried, stirred within 50 ms, beside all feet"
+    assert 0.06 < bounced["history_low"] < 0.1
+    assert drilled["history_low"] == 0.0
+    stirred = "history_beside_50_ms"
     assert drilled[stirred] > 0.5 > 0.0 > still[stirred]
 
 
@@ -292,11 +289,11 @@ def test_a_view_knows_from_the_body_s_motion_which_corner_the_ground_pushes_back
     views, scale = np.empty((1, 4, len(VIEW))), ViewNumbers.one(**Learned.scale)
     views_over(np.asarray(samples), scale, FootMemory.zeros(4), 1e-3, len(time), views)
     hung, right, left, _ = (dict(zip(VIEW, foot, strict=True)) for foot in views[0])
-    stiff = "stiffness under the corner"
+    stiff = "motion_stiffness"
     assert right[stiff] > 5.0 * abs(hung[stiff]) and left[stiff] > 5.0 * abs(hung[stiff])
-    corner = "speed of the corner beside all corners"
+    corner = "motion_corner"
     assert left[corner] == pytest.approx(hung[corner]) and left[corner] > 0.1 > -0.1 > right[corner]
-    low = np.sinh(left["own, lower end of its interval"]) * Learned.scale["loss_force"]
+    low = np.sinh(left["motion_low"]) * Learned.scale["loss_force"]
     assert low == pytest.approx(4000.0)
 
 

@@ -82,7 +82,7 @@ def still(machine: Machine) -> tuple[RobotModel, np.ndarray, np.ndarray]:
 def test_statics_weigh_feet_by_virtual_work(machine: Machine) -> None:
     model, feet, row = still(machine)
     statics = Statics(model, machine, np.zeros((2, 3)))
-    now = statics.look(
+    now = statics.balance(
         Measured.of(
             position=STANCE,
             pressure_a=row["pressure_a"][0],

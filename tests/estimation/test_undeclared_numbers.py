@@ -118,6 +118,15 @@ def test_the_simplest_form_is_taken_that_predicts_as_well() -> None:
     assert choose_form(replace(rows, force_n=350.0 * np.sign(speed)), [])[0] == "coulomb"
 
 
+def test_the_stribeck_part_is_kept_where_one_recording_alone_is_slow() -> None:
+    rows = evidence(noise_n=20.0)
+    slow = np.abs(rows.velocity_m_s) < 0.07
+    alone = replace(rows, recording=np.where(slow, 0, 1 + np.arange(400) % 3))
+    by_recording, _ = choose_form(alone, [])
+    found = fit_declared(alone, KNOWN, "cylinder")
+    assert (by_recording, found.form) == ("viscous", "stribeck")
+
+
 def test_speeds_that_span_little_tell_no_parts_of_friction_apart() -> None:
     rows = evidence()
     narrow = replace(rows, velocity_m_s=np.sign(rows.velocity_m_s) * np.linspace(0.05, 0.1, 400))

@@ -176,3 +176,61 @@ def test_a_number_that_the_urdf_overrules_is_refused(tmp_path: Path) -> None:
 def test_a_clock_that_is_too_slow_for_a_light_leg_is_refused() -> None:
     with pytest.raises(InputError, match=r"rates\.physics_hz = 1000: is too slow.*at least 2000"):
         load_scenario("quarter_model_stand", ["rates.physics_hz=1000"])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "joints: {rotation: {effort_n_m: {value: 9000, unit: N m",
+            r"effort_n_m = 9000.*says 3690",
+        ),
+        ("joints: {vertical: {velocity_m_s: {value: 1, unit: m/s", r"velocity_m_s = 1.*says 0\.2"),
+        ("body: {belly_height_m: {value: -0.3, unit: m", r"belly_height_m = -0\.3.*says -0\.18"),
+        ("body: {inertia_box_m: {value: [3, 1, 1], unit: m", r"inertia_box_m.*says \(1\.9"),
+        ("legs: {foot_radius_m: {value: 0.2, unit: m", r"foot_radius_m = 0\.2.*says 0\.1"),
+        (
+            "each_leg: {rl: {radial_inertia_centre_m: {value: [0, 0, 0], unit: m",
+            r"each_leg\.rl\.radial_inertia_centre_m.*says \(-0\.1",
+        ),
+        ("power_unit: {tank_oil_m3: {value: 1, unit: m3", r"tank_oil_m3 = 1.*nothing reads it"),
+        (
+            "axes: {fl_vertical: {oil: {ambient_degc: {value: 9, unit: degC",
+            r"ambient_degc = 9.*all axes share it",
+        ),
+    ],
+)
+def test_nothing_in_a_folder_is_accepted_without_effect(
+    tmp_path: Path, text: str, said: str
+) -> None:
+    """Efforts, speeds, inertias and shapes as much as lengths: the URDF has them, or nobody."""
+    check_machine(str(_folder(tmp_path, HEAD)))
+    closing = ", mark: E, source: mine}" + "}" * text.count("{", 0, text.index("value"))
+    (tmp_path / NUMBERS).write_text(f"{HEAD}numbers: {{{text}{closing}\n")
+    with pytest.raises(InputError, match=said):
+        build_machine(folder=tmp_path)
+
+
+def test_what_a_folder_draws_its_urdf_says(tmp_path: Path) -> None:
+    """Inertias, efforts and shapes come back out of a URDF as they were drawn into it."""
+    text = (
+        "numbers:\n  joints: {rotation: {effort_n_m: {value: 9000, unit: N m, mark: E, source: x}}}\n"
+        "  legs: {radial_inertia_box_m: {value: [0.5, 0.3, 0.9], unit: m, mark: E, source: x}}\n"
+        "  each_leg: {rr: {foot_radius_m: {value: 0.14, unit: m, mark: E, source: x}}}\n"
+    )
+    check_machine(str(_folder(tmp_path, HEAD + text)))
+    mine = build_machine(folder=tmp_path)
+    assert mine.axes["fl_rotation"].limits.model_dump()["effort_n_m"] == pytest.approx(9000.0)
+    assert mine.each_leg["rl"].radial_inertia_box_m == pytest.approx((0.5, 0.3, 0.9))
+    assert mine.each_leg["rr"].foot_radius_m == pytest.approx(0.14)
+
+
+def test_a_scenario_that_says_nothing_has_its_machines_ropes() -> None:
+    """A folder's number is the default of the field that rules it; the scenario's own word wins."""
+    assert load_scenario("climber_8t_stand").ropes.breaking_load_n == 2.33e5
+    told = load_scenario("climber_8t_stand", ["ropes.breaking_load_n=1e5"])
+    assert told.ropes.breaking_load_n == 1e5
+    hole = load_scenario("climber_8t_drill", ["task={kind: drill_hole}"]).task
+    assert hole.model_dump()["rod_length_m"] == 2.0
+    without = load_scenario("climber_8t_stand", ["ropes.enabled=false", "terrain.slope_deg=0"])
+    assert without.ropes.breaking_load_n == load_scenario("stand_flat").ropes.breaking_load_n

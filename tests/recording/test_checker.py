@@ -19,8 +19,8 @@ from testbed.machine.build import build_machine
 from testbed.recording.checker.balance import Forces, leaves_fewer_newtons
 from testbed.recording.checker.check import check_recording
 from testbed.recording.checker.motion import Even
-from testbed.recording.checker.raw import Raw, read_raw
-from testbed.recording.checker.sensors import check_frozen, repetitions, spikes
+from testbed.recording.checker.raw import Raw, read_raw, repetitions
+from testbed.recording.checker.sensors import check_frozen, spikes
 from testbed.recording.known import Known
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.run_folder import recording_meta

@@ -46,6 +46,13 @@ def test_a_clock_that_runs_back_is_an_error_at_its_row() -> None:
     assert (finding.from_s, finding.to_s) == pytest.approx((time[99], time[100]))
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_clock_that_stands_still_for_ten_rows_is_said_without_a_warning_of_numpy() -> None:
+    time = ticks()
+    time[100:110] = time[100]
+    assert found(time, 0.1 * ticks())[0].what.startswith("time stands still")
+
+
 def test_doubled_rows_are_counted() -> None:
     time = np.sort(np.concatenate([ticks(), ticks()[[7, 60, 90]]]))
     (finding,) = found(time)

@@ -13,11 +13,12 @@ from synthetic_run import write_synthetic_run
 from testbed.report.figures import LETTER_IN, word_places
 from testbed.report.run_parts import friction_use
 from testbed.report.series import busiest, course, envelope, limits
+from testbed.scenario.scenario import load_scenario
 from testbed.simulation.pictures import Album, pictures
 from testbed.workflows.report import SHORTEST_S, Drawers, drawers, write_report
 
 
-class Camera:
+class Model:
     """A grey picture with one bright corner."""
 
     def picture(self, width: int, height: int) -> np.ndarray:
@@ -25,15 +26,19 @@ class Camera:
         image[: height // 4, : width // 4] = 250
         return image
 
+    def seen(self) -> None: ...
+
+    def show(self, seen: None) -> None: ...
+
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> str:
     folder = write_synthetic_run(tmp_path_factory.mktemp("runs") / "run", 8.0, gain_error_fl=-0.08)
-    album = Album(folder, 8.0, count=4)
-    album.take_large(Camera(), 0.0)
+    album = Album(folder, Model(), 8.0, count=4)
+    album.take_large(0.0)
     for k in range(8):
-        album.take(Camera(), float(k))
-    album.take_large(Camera(), 8.0)
+        album.take(float(k))
+    album.take_large(8.0)
     album.finish()
     return write_report(folder).read_text()
 
@@ -94,9 +99,9 @@ def test_a_killed_run_gets_a_report_too(tmp_path: Path) -> None:
 
 
 def test_pictures_are_taken_at_even_times(tmp_path: Path) -> None:
-    album = Album(tmp_path, 10.0, count=5)
+    album = Album(tmp_path, Model(), 10.0, count=5)
     for k in range(10):
-        album.take(Camera(), float(k))
+        album.take(float(k))
     album.finish()
     assert [t for t, _ in pictures(tmp_path, "small")] == [0.0, 2.0, 4.0, 6.0, 8.0]
     assert pictures(tmp_path, "large") == []
@@ -178,7 +183,7 @@ def test_a_foot_uses_all_its_grip_when_its_force_leans_by_the_friction_angle() -
 def test_processes_that_draw_leave_the_same_page(tmp_path: Path) -> None:
     folder = write_synthetic_run(tmp_path / "run", 8.0)
     alone = write_report(folder).read_text()
-    helpers = Drawers()
+    helpers = Drawers(load_scenario("stand_flat"))
     try:
         assert write_report(folder, helpers).read_text() == alone
     finally:
@@ -186,5 +191,5 @@ def test_processes_that_draw_leave_the_same_page(tmp_path: Path) -> None:
 
 
 def test_a_short_run_draws_its_report_itself() -> None:
-    with drawers(SHORTEST_S - 1.0) as helpers:
+    with drawers(load_scenario("stand_flat", duration=SHORTEST_S - 1.0)) as helpers:
         assert helpers is None

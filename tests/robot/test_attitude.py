@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from testbed.machine.urdf_geometry import rotation_from_rpy
+from testbed.machine.urdf_shapes import rotation_from_rpy
 from testbed.robot.model import (
     quaternions_of,
     rotation_from_attitude,

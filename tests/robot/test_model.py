@@ -251,7 +251,7 @@ def test_the_urdf_follows_a_changed_number(tmp_path: Path) -> None:
 
 def test_drill_axis_ropes_and_feet_have_their_frames() -> None:
     np.testing.assert_allclose(MODEL.drill_mount_m, [0.05, 0.0, -0.1])
-    assert MODEL.foot_radius_m == pytest.approx(0.1)
+    assert MODEL.foot_radii_m == pytest.approx(0.1)
     assert len(LEGS) == len(MODEL.foot_positions_m(STANCE))
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 import re
+import subprocess
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -25,6 +26,24 @@ INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 @pytest.fixture(params=URDFS)
 def robot(request: pytest.FixtureRequest) -> ET.Element:
     return ET.parse(Path(URDFS[request.param])).getroot()
+
+
+@pytest.mark.parametrize("name", URDFS)
+def test_check_urdf_has_nothing_to_say_of_it(name: str) -> None:
+    """ROS's own parser, which the rigid-body library brings along."""
+    import cmeel  # type: ignore[import-untyped]
+
+    (prefix,) = (Path(folder) for folder in cmeel.__path__)
+    home = prefix.with_name("cmeel.prefix")
+    done = subprocess.run(
+        [home / "bin/check_urdf", URDFS[name]],
+        env={"LD_LIBRARY_PATH": str(home / "lib")},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0 and not done.stderr
+    assert "Successfully Parsed XML" in done.stdout
+    assert not re.search("warn|error", done.stdout, re.IGNORECASE)
 
 
 def test_it_is_one_tree_from_one_root_with_plain_names(robot: ET.Element) -> None:

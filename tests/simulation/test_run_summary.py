@@ -87,6 +87,35 @@ def test_a_walk_may_hang_for_a_while(longest_s: float, share: float, verdict: st
     assert Ending(0.0).verdict("stood", figures) == verdict
 
 
+@pytest.mark.parametrize(
+    ("bears", "off_s", "share", "verdict"),
+    [
+        ((0.0, 0.0), 9.999, 0.0, "off its feet"),  # lies all along
+        ((9.0, 10.0), 0.0, 0.0, "stood"),  # lay for long, and was raised then
+        ((0.0, 9.0), 1.0, 0.1, "off its feet"),  # was let down at last
+        ((0.0, 10.0), 0.0, 0.0, "stood"),
+    ],
+)
+def test_a_robot_that_lies_has_not_stood_and_is_not_meant_to_carry_yet(
+    bears: tuple[float, float], off_s: float, share: float, verdict: str
+) -> None:
+    data, truth = _columns(0.0)
+    begin, end = bears
+    for leg in LEGS:
+        truth[f"contact_normal_{leg}"][(truth["t"] < begin) | (truth["t"] >= end)] = 0.0
+    longest_s, shares = metrics.unloaded(data, truth)
+    found_s = metrics.off_its_feet_s(truth, metrics.LOSS_FORCE_N)
+    assert found_s == pytest.approx(off_s, abs=2e-3)
+    assert shares["fl"] == pytest.approx(share, abs=1e-3)
+    figures = {
+        "longest_unloaded_s": longest_s,
+        "unloaded_share": shares,
+        "off_its_feet_s": found_s,
+    }
+    assert Ending(0.0).verdict("stood", figures) == verdict
+    assert Ending(0.0).verdict("fell", figures) == "fell"
+
+
 def test_wrong_leg_seconds_are_counted_though_no_word_ever_changed() -> None:
     data, truth = _columns(2.0)
     data["contact_fl"][:] = 0.0  # wrong from the first row on

@@ -19,7 +19,7 @@ from testbed.formats.files import owned
 from testbed.formats.yaml_files import flattened
 from testbed.report.sweep_page import page as sweep_page
 from testbed.report.sweep_page import varied, worst
-from testbed.scenario.sweep import Sweep, load_sweep, sweep_of
+from testbed.scenario.sweep import FromOutside, Sweep, load_sweep, sweep_of
 from testbed.simulation.sweep import (
     ALL,
     LOCKS,
@@ -152,6 +152,16 @@ def test_a_cluster_that_does_not_answer_leaves_no_folder(
     monkeypatch.setattr("testbed.simulation.workers.cluster_client", silent)
     with pytest.raises(InputError, match="does not answer"):
         run_sweep(*load_sweep(_file(tmp_path, "")), tmp_path / "out", Workers(1, "tcp://nobody:1"))
+    assert not (tmp_path / "out").exists()
+
+
+def test_without_an_engine_a_sweep_leaves_no_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, "testbed.world.engine", raising=False)
+    monkeypatch.setitem(sys.modules, "pybullet", None)
+    with pytest.raises(InputError, match="PyBullet is not installed"):
+        run_sweep(*load_sweep(_file(tmp_path, "")), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -355,3 +365,32 @@ def test_a_second_interrupt_ends_the_processes_and_keeps_what_is_done(tmp_path: 
         short
     }
     assert [e["run"] for e in json.loads((out / "results.json").read_text())["runs"]] == [short]
+
+
+def test_changes_from_outside_are_those_of_every_run(tmp_path: Path) -> None:
+    """What the run command's options change of one scenario, they change of all runs here."""
+    told = FromOutside(["terrain.friction=0.5", "robot.payload_kg=100"], 7, 2.5)
+    path = _file(tmp_path, "set: {terrain.friction: 0.7}\ngrid: {terrain.slope_deg: [0, 10]}\n")
+    for _, runs in (
+        load_sweep(path, told),
+        sweep_of("stand_flat", ["terrain.slope_deg=0,10"], told),
+    ):
+        assert [run.scenario.terrain.slope_deg for run in runs] == [0.0, 10.0]
+        assert {
+            (s.terrain.friction, s.robot.payload_kg, s.seed, s.duration_s)
+            for s in (run.scenario for run in runs)
+        } == {(0.5, 100.0, 7, 2.5)}
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        (FromOutside(["terrain.slope_deg=3"]), "set.terrain.slope_deg = 3.*grid or here"),
+        (FromOutside(["terrain.friction"]), "is not an assignment"),
+        (FromOutside(["seed=3"]), "set.seed = 3.*seeds"),
+        (FromOutside(seed=3), "seeds here or --seed"),
+    ],
+)
+def test_changes_that_would_do_nothing_are_refused(told: FromOutside, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        sweep_of("stand_flat", ["terrain.slope_deg=0,10", "seed=1,2"], told)

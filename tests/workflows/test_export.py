@@ -122,6 +122,9 @@ def test_the_frames_schema_has_the_names_and_types_that_foxglove_publishes(
     assert set(parts["timestamp"]["properties"]) == {"sec", "nsec"}
     assert "".join(parts["translation"]["properties"]) == "xyz"
     assert "".join(parts["rotation"]["properties"]) == "xyzw"
+    for whole in (schema, transform, parts["translation"], parts["rotation"]):
+        assert whole["required"] == list(whole["properties"])
+    assert parts["timestamp"]["properties"]["nsec"]["maximum"] == 999_999_999
 
 
 @pytest.mark.parametrize(("name", "said"), [("run.bag", "unknown ending"), ("run.csv", "positive")])

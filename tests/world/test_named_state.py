@@ -57,7 +57,7 @@ for series, names, table in (
 orders = {row.column: 0.0 for row in TABLE}
 print(json.dumps({
     "columns": columns,
-    "seen": Observer(world.data_columns, TABLE).look(data[-1], orders).tolist(),
+    "seen": Observer(world.data_columns, TABLE).observe(data[-1], orders).tolist(),
     "position": Measured(world._row).position.tolist(),
 }))
 """

@@ -36,7 +36,9 @@ def _standing() -> Measured:
 
 
 def test_a_plan_leaves_each_foot_its_lowest_load() -> None:
-    now = Statics(ROBOT.model, MACHINE, np.zeros((2, 3))).look(_standing(), np.ones(4, dtype=bool))
+    now = Statics(ROBOT.model, MACHINE, np.zeros((2, 3))).balance(
+        _standing(), np.ones(4, dtype=bool)
+    )
     sharing = Quadratic()
     for _ in range(30):
         loads = sharing.plan(now).forces[NORMALS]

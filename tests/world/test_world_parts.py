@@ -234,7 +234,7 @@ def test_an_impossible_start_posture_is_refused_by_name() -> None:
 
 
 def test_quaternions_and_roll_pitch_yaw_give_back_their_rotation() -> None:
-    from testbed.machine.urdf_geometry import rotation_from_rpy
+    from testbed.machine.urdf_shapes import rotation_from_rpy
     from testbed.robot.urdf.merge import rpy_from_rotation
     from testbed.world.view import quaternion
 

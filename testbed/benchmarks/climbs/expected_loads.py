@@ -30,7 +30,7 @@ from testbed.benchmarks.climbs.stands import (
     load_interval_n,
     loads_of_measured_posture,
 )
-from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.benchmarks.harness import Answers, Benchmark, rms
 from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
@@ -278,12 +278,8 @@ def scores(cases: Sequence[Case]) -> dict[str, float]:
     inside = (true >= [case.low_n for case in cases]) & (true <= [case.high_n for case in cases])
     return {
         "cases": len(cases),
-        "known_rms": float(
-            np.sqrt(np.mean((np.array([case.known_n for case in cases]) - true) ** 2)) / QUARTER_N
-        ),
-        "combination_rms": float(
-            np.sqrt(np.mean(np.square([case.combination_error_n for case in cases]))) / QUARTER_N
-        ),
+        "known_rms": rms(np.array([case.known_n for case in cases]) - true) / QUARTER_N,
+        "combination_rms": rms([case.combination_error_n for case in cases]) / QUARTER_N,
         "interval_cover": float(inside.mean()),
         "interval_width_n": float(
             np.median(np.subtract([case.high_n for case in cases], [case.low_n for case in cases]))

@@ -84,7 +84,7 @@ def _travel(machine: Machine) -> tuple[_Travel, _Travel]:
     direction = legs.radial_direction_rad
     ways = arms * np.array([abs(np.sin(direction)) / reach_m, abs(np.cos(direction)), 1.0])
     axes = rotation, radial, vertical
-    areas = np.array([np.pi / 4 * axis.cylinder.bore_m**2 for axis in axes])
+    areas = np.array([axis.cylinder.areas_m2[0] for axis in axes])
     rods = np.array([np.pi / 4 * axis.cylinder.rod_m**2 for axis in axes])
     flows = np.array([axis.rated_flow_m3_s for axis in axes])
     flows[0] *= min(margin_share(machine.power_unit, rotation), 1.0)

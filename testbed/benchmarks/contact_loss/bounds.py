@@ -38,7 +38,6 @@ from testbed.benchmarks.contact_loss.scenes import Scene, draw
 from testbed.compiled import njit
 from testbed.estimation.contact_losses import LossRule
 from testbed.estimation.detectors.base import Hold
-from testbed.estimation.live.uncertainty import areas_m2
 from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.groups import Sensor
@@ -105,7 +104,7 @@ class SensorPath:
         return cls(
             drawn[:, list(VERTICAL)].copy(),
             1.0 / (2.0 * math.pi * bandwidth),
-            np.array([areas_m2(axis) for axis in axes]).T.copy(),
+            np.array([axis.cylinder.areas_m2 for axis in axes]).T.copy(),
             chamber_b_pa,
             warm_k,
             slow_sd_pa(machine.sensor, warm_k),

@@ -128,9 +128,9 @@ class Informed(Statics):
         self.attitude_rad = np.zeros(3)
         self._error: Array | None = None
 
-    def look(self, measured: Measured, stance: Flags) -> Balance:
+    def balance(self, measured: Measured, stance: Flags) -> Balance:
         """The balance now."""
-        now = super().look(measured.but(attitude=self.attitude_rad), stance)
+        now = super().balance(measured.but(attitude=self.attitude_rad), stance)
         error = now.measured - self.truth
         self._error = (
             error

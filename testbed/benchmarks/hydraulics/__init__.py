@@ -1,1 +1,1 @@
-"""The compiled hydraulics against stiff solvers and its own books."""
+"""The compiled hydraulics against stiff solvers, and its balances of oil and energy."""

@@ -14,6 +14,7 @@ from testbed.benchmarks.estimators.identification_trials import (
     friction_force,
     recording_of,
 )
+from testbed.benchmarks.harness import rms
 from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.figure_06 import in_the_air
 from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, chosen, once_per_machine, run
@@ -160,9 +161,7 @@ def experiment() -> Result:
     sine = in_the_air()
     fast = np.abs(velocity(sine)) > 5e-3
     said = friction_force(found.identification.model.friction, velocity(sine))
-    error = np.sqrt(np.mean((said - sine.friction_n)[fast] ** 2)) / np.sqrt(
-        np.mean(sine.friction_n[fast] ** 2)
-    )
+    error = rms((said - sine.friction_n)[fast]) / rms(sine.friction_n[fast])
     true = declared_friction()
     grid = np.linspace(0.001, 0.125, 200)
     declared = [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.benchmarks.estimators.identification_trials import friction_force
+from testbed.benchmarks.harness import rms
 from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.figure_06 import WEIGHT_N, in_the_air
 from testbed.benchmarks.paper.figure_08 import identified, velocity
@@ -30,15 +31,15 @@ def experiment() -> Result:
     slow = np.abs(speed) < SLOW_M_S
     still = smooth(force, 3.0)
     peak = float(np.abs(still[slow]).max()) / float(np.quantile(np.abs(still[~slow]), 0.99))
-    before = float(np.sqrt(np.mean((trace.two_chamber_n + WEIGHT_N) ** 2)))
-    after = float(np.sqrt(np.mean(force**2)))
+    before = rms(trace.two_chamber_n + WEIGHT_N)
+    after = rms(force)
     time_s, shown = trace.time_s - trace.time_s[0], slice(None, None, 5)
     return Result(
         {
             "mean": abs(float(force.mean())),
             "left": after / before,
             "peaks": peak,
-            "fast": np.sqrt(np.mean(force[~slow] ** 2)),
+            "fast": rms(force[~slow]),
         },
         {
             "force": [

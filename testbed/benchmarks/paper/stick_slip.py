@@ -84,7 +84,7 @@ def back_pressures_pa(machine: Machine) -> tuple[float, float]:
     pA), while pA A_A - pB A_B = -m g.
     """
     unit, valve, cylinder = machine.power_unit, machine.valve, machine.vertical_cylinder
-    area_a = math.pi / 4 * cylinder.bore_m**2
+    area_a = cylinder.areas_m2[0]
     alpha = 1.0 - (cylinder.rod_m / cylinder.bore_m) ** 2
     hangs = MASS_KG * GRAVITY_M_S2 / area_a
     ratio = (alpha * valve.edge_pa / valve.edge_bt) ** 2

@@ -190,7 +190,7 @@ class Distribution:
 
     def over(self, command: Command, t: float, dt: float, measured: Measured) -> Command:
         """See Layer."""
-        self.balance = now = self._statics.look(measured, command.stance)
+        self.balance = now = self._statics.balance(measured, command.stance)
         before = thread_time() if self.timed else 0.0
         self.plan = plan = checked_plan(self.controller.plan(now), self.controller)
         if self.timed:

@@ -7,14 +7,12 @@ the pulls of the left and right rope, N. All in the body frame, which stands par
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from testbed.control.gait import Measured
 from testbed.formats.arrays import Array, Flags
-from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.machine.scale import ROBOCLIMBER, Scale
@@ -120,7 +118,7 @@ class Statics:
                 for d, at in zip(rope_directions_in_body, model.rope_attachments_m, strict=True)
             ]
         ).T
-        areas = np.array([_areas(axis.cylinder) for axis in machine.axes.values()])
+        areas = np.array([axis.cylinder.areas_m2 for axis in machine.axes.values()])
         self._area_a, self._area_b = areas.T.copy()
         self._linkages = Linkages.from_machine(machine)
         self._friction, self._rating_n = machine.ground.friction, machine.traction.rating_n
@@ -132,7 +130,7 @@ class Statics:
         self._thrust = drill_wrench(model, 1.0)
         self._posture: _Posture | None = None
 
-    def look(self, measured: Measured, stance: Flags) -> Balance:
+    def balance(self, measured: Measured, stance: Flags) -> Balance:
         """The balance now."""
         posture, position = self._posture, measured.position
         if posture is None or np.abs(position - posture.position).max() > POSTURE_STEP:
@@ -200,8 +198,3 @@ def _maps(points: Array) -> Array:
     out[4, 1::3], out[5, 1::3] = z, -y
     out[3, 2::3], out[5, 2::3] = -z, x
     return out
-
-
-def _areas(cylinder: Cylinder) -> tuple[float, float]:
-    bore, rod = cylinder.bore_m, cylinder.rod_m
-    return math.pi / 4 * bore**2, math.pi / 4 * (bore**2 - rod**2)

@@ -148,7 +148,7 @@ def _one(task: Any, events: tuple[Event, ...], start: BelievedStart) -> Gait:
     elif isinstance(task, Program):
         gait = checked_gait(task.file, start)
     else:
-        gait = Hold(start.joints, task, events)
+        gait = Hold(start.joints, task, events, start.robot.machine.scale)
     return _with_mast(task, gait, start)
 
 

@@ -50,6 +50,8 @@ EDGE = (
     ),
 )
 """A valve's edge differs from its plate by some tenths of a per cent: never a finding."""
+MOST_LATE, USUAL_LATE = 3.0, 0.75
+"""Samples by which a command may act later or earlier than a row of the usual recorder says."""
 ZERO_FORCE = (Coordinate(ZERO, "zero_n", 0.0, -1e3, 1e3, 1.0),)
 """Of a bench's pressure sensor and load cell, of a drive's force: nobody declares them, and they
 are no finding."""
@@ -65,6 +67,22 @@ def declared(rig: Rig) -> LegModel:
         position_m = np.concatenate([recording.position_m for recording in rig.identify])
         changes["stroke_m"] = float(max(np.ptp(position_m), 1e-3))
     return LegModel(rig=rig.kind, known=known.model_copy(update=changes))  # type: ignore[arg-type]
+
+
+def _clocked(problem: Problem) -> Coordinate:
+    """By how much later the command acts than the rows say: each recorder has its own order."""
+    sample_s = 1.0 / min(one.full_rate_hz for one in problem.series)
+    most, usual = MOST_LATE * sample_s, USUAL_LATE * sample_s
+    return Coordinate(
+        NUISANCE,
+        "late_s",
+        0.0,
+        -most,
+        most,
+        0.1 * sample_s,
+        moves=("flow",),
+        prior=(0.0, usual),
+    )
 
 
 def first_friction(
@@ -141,7 +159,7 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     )
     coordinates = friction_coordinates(friction, scale)
     if problem.with_flow:
-        coordinates += EDGE
+        coordinates += [*EDGE, _clocked(problem)]
     if problem.kind in ("cylinder", "drive"):
         coordinates += ZERO_FORCE
     if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:

@@ -106,10 +106,9 @@ def calibration() -> BenchCalibration:
 
 def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> BenchSigns:
     """The signs of a finished search whose names have been tried."""
-    excess = [np.log(max(value, 1.0)) for value in found.excess_best.values()]
     shares = {tuple(sorted(names)): share for names, share in proof.won.items()}
     return BenchSigns(
-        excess=float(np.mean(excess)) if excess else 0.0,
+        excess=float(np.log(found.excess)),
         memory=memory_of(proof.kept.evidence),
         closed=float(
             np.log(overall(proof.run_errors["identify"]) / overall(proof.run_errors["after"]))

@@ -128,7 +128,7 @@ def _after(
         return chosen.fit.model(problem.base).model_copy(update={"effects": entries}), entries
     if judged.proof is not None and not problem.believed:
         if judged.verdict.kind == "none":
-            return models[nothing_lacking(judged.proof)], ()
+            return models[nothing_lacking(judged.proof, judged.found.excess)], ()
         return bench_correction(problem, rig.identify, models["identify"]) or models["identify"], ()
     generic = correction(problem, state.refit.fit) if judged.verdict.kind == "unnamed" else None
     if generic is None:
@@ -137,12 +137,21 @@ def _after(
     return generic.model(problem.base).model_copy(update={"effects": entries}), ()
 
 
-def nothing_lacking(proof: Proof) -> str:
+NEAR_FLOOR = 5.0
+"""Times the sensors' floor that may be left of a bench on which a refit carries over: where more is
+left, runs left out said "better" of measured seals whose refit was up to 45 % worse on the rest."""
+
+
+def nothing_lacking(proof: Proof, excess: float) -> str:
     """Which model is left of a bench that lacks nothing: `refit` where that predicts every
-    recording left out better, or else `identify`.
+    recording left out better and leaves little, or else `identify`.
+
+    `excess`: what the refit leaves over the sensors' floor. On 39 clean rigs of two simulators this
+    is as good as the refit (4 % below `identify` in the mean), and 0.1 % worse at worst.
     """
     refit, identified = proof.run_errors["refit"], proof.run_errors["identify"]
-    return "refit" if worst_ratio(refit, identified) < 1.0 else "identify"
+    carries_over = worst_ratio(refit, identified) < 1.0 and excess < NEAR_FLOOR
+    return "refit" if carries_over else "identify"
 
 
 def believed(rig: Rig, model: LegModel) -> LegModel:

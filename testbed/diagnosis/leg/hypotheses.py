@@ -96,7 +96,7 @@ def _fitted(
 ) -> Fit:
     others = [coordinate for coordinate in before.coordinates if coordinate.owner != effect.name]
     coordinates = [restarted(other, before.at) for other in others]
-    coordinates += narrowed(problem, effect, effect.coordinates(start, shapes))
+    coordinates += narrowed(problem, effect, start, shapes)
     fixed = before.at
     if effect.band_amplitude is not None:  # a number that is there without being fitted
         rest = [active for active in fixed.effects if active.effect.name != effect.name]
@@ -105,11 +105,19 @@ def _fitted(
 
 
 def narrowed(
-    problem: Problem, effect: Effect, coordinates: Sequence[Coordinate]
+    problem: Problem, effect: Effect, start: Values, shapes: Sequence[str] = ()
 ) -> list[Coordinate]:
-    """An effect's coordinates with the bounds that these recordings call for."""
-    observed = problem.observed(problem.base.friction)
-    return [effect.narrowed(coordinate, observed) for coordinate in coordinates]
+    """An effect's coordinates from `start`, with the bounds that these recordings call for and the
+    scales of this machine's size.
+    """
+    observed, out = problem.observed(problem.base.friction), []
+    for coordinate in effect.coordinates(start, shapes):
+        spec = effect.spec(coordinate.name)
+        factor = observed.size(spec.unit)
+        sized = effect.narrowed(coordinate, observed).sized(factor, spec.low, spec.high)
+        known = coordinate.name in start
+        out.append(sized if known else replace(sized, start=sized.start * factor))
+    return out
 
 
 def promise(problem: Problem, before: Fit, effect: Effect) -> float:
@@ -124,7 +132,7 @@ def promise(problem: Problem, before: Fit, effect: Effect) -> float:
 
 
 def _promised(problem: Problem, before: Fit, effect: Effect, start: Values) -> float:
-    extra = narrowed(problem, effect, effect.coordinates(start))
+    extra = narrowed(problem, effect, start)
     both = [*(restarted(coordinate, before.at) for coordinate in before.coordinates), *extra]
     return step_gain(problem, before, both, len(extra))
 

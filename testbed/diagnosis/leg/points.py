@@ -80,6 +80,7 @@ def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Poin
     edge = {
         "gain": fixed.edge.gain,
         "smooth_pa": fixed.edge.smooth_pa,
+        "late_s": fixed.edge.late_s,
     }
     values: dict[str, dict[str, float]] = {
         effect.effect.name: dict(effect.values) for effect in fixed.effects

@@ -169,6 +169,14 @@ def _between(candidate: Candidate, other: Candidate, state: Search) -> float:
     return candidate.evidence.gain_over(other.evidence, candidate.evidence) - price
 
 
+def _ahead(candidate: Candidate, other: Candidate, state: Search) -> bool:
+    """Whether one set is ahead of another at the correlation times of either: at the long ones of a
+    bad description any likelihood is small beside what a parameter costs.
+    """
+    forth, back = _between(candidate, other, state), _between(other, candidate, state)
+    return forth > LEAST_GAIN and back < -LEAST_GAIN
+
+
 def _helps(candidate: Candidate, other: Candidate, state: Search) -> bool:
     return (
         _between(candidate, other, state) > LEAST_GAIN and state.fall(candidate, other) > LEAST_FALL
@@ -219,7 +227,7 @@ def _exchange(state: Search, pair: Candidate, effects: list[Effect]) -> Candidat
         leader = max(found, key=lambda c: _between(c, best, state), default=None)
         if leader is not None:
             leader = _shape(state, leader)
-            if _between(leader, best, state) > LEAST_GAIN:
+            if _ahead(leader, best, state):
                 best = leader
                 state.tried[frozenset(best.names)] = best
     return best

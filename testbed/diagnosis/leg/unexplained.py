@@ -7,6 +7,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from testbed.diagnosis.leg.evidence import Key, evidence
 from testbed.diagnosis.leg.fit import Fit, solve
 from testbed.diagnosis.leg.floor import group_floors
@@ -45,6 +47,12 @@ class Unexplained:
     flow_fall: float
     floors: dict[Key, float]
     encoder_m: float
+
+    @property
+    def excess(self) -> float:
+        """Geometric mean of what the best set leaves over the floor, each group at least 1."""
+        logs = [np.log(max(value, 1.0)) for value in self.excess_best.values()]
+        return float(np.exp(np.mean(logs))) if logs else 1.0
 
 
 def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:

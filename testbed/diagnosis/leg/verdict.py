@@ -5,9 +5,9 @@ For legs with declared sensors and valve the probabilities come from `probabilit
 are fitted on rigs of the independent reference leg (`testbed evaluate-diagnosis` judges on others);
 no number was fitted to an outside recording. Three constants of the balances were chosen on outside
 rigs, which are therefore no blind test of them: the orifice's smoothing (0.5 bar), the command's
-lead (0.75 sample), the pre-sliding travel (0.12 mm). Benches and drives, which declare less, have
-numbers of their own (`bench_probabilities`) and every name on trial (`proof`); so has a leg of the
-robot (`diagnosis.robot.probabilities`).
+lead (0.75 sample; from there the recorder's own order is fitted), the pre-sliding travel (0.12 mm).
+Benches and drives, which declare less, have numbers of their own (`bench_probabilities`) and every
+name on trial (`proof`); so has a leg of the robot (`diagnosis.robot.probabilities`).
 """
 
 from __future__ import annotations

@@ -42,7 +42,6 @@ from testbed.effects.sensor_linearity import Linearity, bowed
 from testbed.effects.sensor_zero import ZeroA, ZeroB
 from testbed.effects.signature import Change, RobotSeen
 from testbed.estimation.commissioning import Number, Weighed, zero_name
-from testbed.estimation.live.uncertainty import areas_m2
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES
 from testbed.robot.model import RobotModel
@@ -296,7 +295,7 @@ def _zeros(machine: Machine, axis: str, pressure_pa: float) -> dict[str, float]:
     """What the sensors of a cylinder add to its force, by their zeros, and by their gains and bows
     at a pressure.
     """
-    area_a, area_b = areas_m2(machine.axes[axis])
+    area_a, area_b = machine.axes[axis].cylinder.areas_m2
     bent = float(bowed(pressure_pa, machine.axes[axis].sensor.pressure_range_pa))
     return {
         f"{ZeroA.kind}@{axis}.zero": area_a,

@@ -21,33 +21,6 @@ from testbed.formats.records import Record, quantity
 from testbed.machine.names import LEGS
 
 HELD = ("own", "carried")
-MOTION = (
-    "stiffness under the corner",
-    "speed of the corner beside all corners",
-    "speed of all corners",
-    "specific force, how far from its mean",
-    "own over 50 ms less over 300 ms",
-    "carried over 50 ms less over 300 ms",
-    "speed of the piston, mean over 50 ms",
-    "carried, swung within 300 ms, beside all feet",
-    "own, swung within 300 ms, beside all feet",
-    "own, swung within 300 ms",
-    "own, mean over 1 s",
-    "own, lower end of its interval",
-    "own, upper end of its interval",
-)
-STIFFNESS = MOTION.index("stiffness under the corner")
-CORNER = MOTION.index("speed of the corner beside all corners")
-CORNERS = MOTION.index("speed of all corners")
-JOLT = MOTION.index("specific force, how far from its mean")
-FALL = MOTION.index("own over 50 ms less over 300 ms")
-PACE = MOTION.index("speed of the piston, mean over 50 ms")
-SWUNG_CARRIED = MOTION.index("carried, swung within 300 ms, beside all feet")
-SWUNG_OWN = MOTION.index("own, swung within 300 ms, beside all feet")
-SWUNG = MOTION.index("own, swung within 300 ms")
-LONG, LOW = MOTION.index("own, mean over 1 s"), MOTION.index("own, lower end of its interval")
-HIGH = MOTION.index("own, upper end of its interval")
-"""Where each of them, or the first of its kind, stands in MOTION."""
 AHEAD, LEFT = (1.0, 1.0, -1.0, -1.0), (1.0, -1.0, 1.0, -1.0)
 """Where the feet are from the body's middle, in half lengths and half widths."""
 QUICK_S, BRIEF_S, SLOW_S, LONG_S = 0.01, 0.05, 0.3, 1.0
@@ -61,6 +34,23 @@ LITTLE_SHARE, STIFF, PACE_S_M = 0.02, 4250.0, 300.0
 """What counts as no motion, and as a usual one; what as no swing, share of the loss force; a leg's
 stiffness, loss forces by half lengths; by which a piston's speed is seen (E).
 """
+
+
+class MotionView(Record):
+    """What the network sees of it; loads, differences and ratios as in HistoryView."""
+
+    stiffness = quantity("1", "of the leg under the corner")
+    corner = quantity("1", "speed of the corner beside all corners")
+    corners = quantity("1", "speed of all corners")
+    jolt = quantity("1", "specific force, how far from its mean")
+    fall = quantity("1", "a load over 50 ms less over 300 ms", per=HELD)
+    pace = quantity("1", "speed of the piston, mean over 50 ms")
+    carried_beside = quantity("1", "`carried`, swung within 300 ms, beside all feet")
+    own_beside = quantity("1", "`own`, swung within 300 ms, beside all feet")
+    own_swung = quantity("1", "`own`, swung within 300 ms")
+    own_long = quantity("1", "`own`, mean over 1 s")
+    low = quantity("1", "`own`, lower end of its interval")
+    high = quantity("1", "`own`, upper end of its interval")
 
 
 class Motion(Record):
@@ -121,7 +111,7 @@ def remember_motion(
 
 @njit
 def view_of_motion(memories: Any, foot: int, numbers: Any, view: Any) -> None:
-    """Into view (len(MOTION),): what the motion of the body and of this foot says."""
+    """Into a MotionView: what the motion of the body and of this foot says."""
     memory, unit = memories[foot], numbers.loss_force
     motion, means = memory.motion, memory.means
     shaken = swung_own = swung_carried = 0.0
@@ -130,15 +120,15 @@ def view_of_motion(memories: Any, foot: int, numbers: Any, view: Any) -> None:
         swung_own += memories[other].motion.swung[0] / len(LEGS)
         swung_carried += memories[other].motion.swung[1] / len(LEGS)
     little, stiff = LITTLE_SHARE * unit, STIFF * unit / numbers.half_length
-    view[STIFFNESS] = math.asinh(motion.work / (motion.square + LITTLE_M2) / stiff)
-    view[CORNER] = math.log((motion.shaken + LITTLE_M_S) / (shaken + LITTLE_M_S))
-    view[CORNERS] = math.log((shaken + LITTLE_M_S) / USUAL_M_S)
-    view[JOLT] = math.log((motion.jolted + LITTLE_M_S2) / USUAL_M_S2)
+    view.stiffness = math.asinh(motion.work / (motion.square + LITTLE_M2) / stiff)
+    view.corner = math.log((motion.shaken + LITTLE_M_S) / (shaken + LITTLE_M_S))
+    view.corners = math.log((shaken + LITTLE_M_S) / USUAL_M_S)
+    view.jolt = math.log((motion.jolted + LITTLE_M_S2) / USUAL_M_S2)
     for load in range(len(HELD)):
-        view[FALL + load] = math.tanh((means[load, 2] - means[load, 3]) / unit)
-    view[PACE] = math.atan(PACE_S_M * motion.speed)
-    view[SWUNG_CARRIED] = math.log((motion.swung[1] + little) / (swung_carried + little))
-    view[SWUNG_OWN] = math.log((motion.swung[0] + little) / (swung_own + little))
-    view[SWUNG] = math.asinh(motion.swung[0] / unit)
-    view[LONG] = math.asinh(motion.slow / unit)
-    view[LOW], view[HIGH] = math.asinh(motion.low / unit), math.asinh(motion.high / unit)
+        view.fall[load] = math.tanh((means[load, 2] - means[load, 3]) / unit)
+    view.pace = math.atan(PACE_S_M * motion.speed)
+    view.carried_beside = math.log((motion.swung[1] + little) / (swung_carried + little))
+    view.own_beside = math.log((motion.swung[0] + little) / (swung_own + little))
+    view.own_swung = math.asinh(motion.swung[0] / unit)
+    view.own_long = math.asinh(motion.slow / unit)
+    view.low, view.high = math.asinh(motion.low / unit), math.asinh(motion.high / unit)

@@ -18,11 +18,13 @@ from testbed.estimation.detectors.combined import beyond
 from testbed.formats.records import Record, quantity
 from testbed.machine.names import LEGS
 
-SETTLED = ("10 ms", "50 ms")
+SETTLED = ("10_ms", "50_ms")
 SETTLED_S = (0.01, 0.05)
-SINCE = ("below the loss force", "well below it", "well above it")
+SINCE = ("below", "well_below", "well_above")
 SINCE_LOSSES = (1.0, -0.5, 5.0)
-"""Of the held load, of the held load and of `own`: levels, shares of the loss force (E)."""
+"""Below and well below the loss force, and well above it: of the held load, of the held load and of
+`own`, levels in shares of the loss force (E).
+"""
 BREAK_AWAY = 2.72
 """What friction explains of a difference of loads, shares of the loss force: 800 N of 294 N."""
 HELD_S, HELD_OWN = 0.005, 0.83
@@ -35,45 +37,30 @@ LONGEST_S, SHORTEST_S = 20.0, 0.02
 """Nothing is longer ago; what is shorter ago hardly differs from now, s (E)."""
 LITTLE, SURE = 0.017, 0.17
 """A stir, and a standard deviation, that count as none, shares of the loss force (E)."""
-HISTORY = (
-    *(f"carried without drift, mean over {span}" for span in SETTLED),
-    "own above its zero",
-    "own, least of the last 10 s",
-    "carried without drift, above its zero",
-    "carried without drift, least of the last 10 s",
-    *(f"carried, stirred within {span}, beside all feet" for span in SETTLED),
-    *(f"carried of all feet, stirred within {span}" for span in SETTLED),
-    *(f"how long ago it was {level}" for level in SINCE),
-    "share of the last 2 s in which it was below the loss force",
-    "own, most of the last 2 s",
-    "held load",
-    "own over 10 ms less over 50 ms",
-    "carried over 10 ms less over 50 ms",
-    "own over 2 ms less over 10 ms",
-    "how sure own is below the loss force",
-    "twist of all feet beyond the expected",
-    "size of the piston's speed",
-)
 
-FREE, ABOVE = (
-    HISTORY.index("carried without drift, mean over 10 ms"),
-    HISTORY.index("own above its zero"),
-)
-LEAST_OWN = HISTORY.index("own, least of the last 10 s")
-FREE_ABOVE = HISTORY.index("carried without drift, above its zero")
-LEAST_FREE = HISTORY.index("carried without drift, least of the last 10 s")
-BESIDE = HISTORY.index("carried, stirred within 10 ms, beside all feet")
-ALL_FEET = HISTORY.index("carried of all feet, stirred within 10 ms")
-AGO = HISTORY.index("how long ago it was below the loss force")
-LOW = HISTORY.index("share of the last 2 s in which it was below the loss force")
-MOST, HELD = HISTORY.index("own, most of the last 2 s"), HISTORY.index("held load")
-FALL = HISTORY.index("own over 10 ms less over 50 ms")
-FREE_FALL = HISTORY.index("carried over 10 ms less over 50 ms")
-QUICK_FALL = HISTORY.index("own over 2 ms less over 10 ms")
-SURELY = HISTORY.index("how sure own is below the loss force")
-DIAGONAL = HISTORY.index("twist of all feet beyond the expected")
-SPEED = HISTORY.index("size of the piston's speed")
-"""Where each of them, or the first of its kind, stands in HISTORY."""
+
+class HistoryView(Record):
+    """What the network sees of a foot's past; "free" is `carried` without drift. Loads go through
+    arsinh(load / loss force), differences through tanh, ratios and times through a logarithm.
+    """
+
+    free = quantity("1", "running means of `carried` without drift", per=SETTLED)
+    above_zero = quantity("1", "`own` above its zero")
+    least_own = quantity("1", "least of `own` of the last 10 s")
+    free_above_zero = quantity("1", "`carried` without drift, above its zero")
+    least_free = quantity("1", "least of `carried` without drift of the last 10 s")
+    beside = quantity("1", "how much `carried` is stirred beside all feet", per=SETTLED)
+    all_feet = quantity("1", "how much `carried` of all feet is stirred", per=SETTLED)
+    since = quantity("1", "how long ago the foot was there", per=SINCE)
+    low = quantity("1", "share of the last 2 s in which it was below the loss force")
+    most_own = quantity("1", "most of `own` of the last 2 s")
+    held = quantity("1", "held load")
+    fall = quantity("1", "`own` over 10 ms less over 50 ms")
+    free_fall = quantity("1", "`carried` over 10 ms less over 50 ms")
+    quick_fall = quantity("1", "`own` over 2 ms less over 10 ms")
+    surely_lost = quantity("1", "how sure `own` is below the loss force")
+    diagonal = quantity("1", "internal force of all feet beyond the expected")
+    speed = quantity("1", "size of the piston's speed")
 
 
 class History(Record):
@@ -135,27 +122,27 @@ def stirred_on_average(memories: Any, kind: int) -> float:
 
 @njit
 def view_of_history(memories: Any, foot: int, sd: float, unit: float, view: Any) -> None:
-    """Into view (len(HISTORY),): what the foot's history says; `sd`: of `own`, N."""
+    """Into a HistoryView: what the foot's history says; `sd`: of `own`, N."""
     memory = memories[foot]
     history, means = memory.history, memory.means
     settled, own_10 = history.settled, means[0, 1]
     for k in range(2):
         stir, all_feet = memory.stirred[2 * k], stirred_on_average(memories, 2 * k)
-        view[FREE + k] = math.asinh(settled[k] / unit)
-        view[BESIDE + k] = math.log((stir + LITTLE * unit) / (all_feet + LITTLE * unit))
-        view[ALL_FEET + k] = math.asinh(all_feet / unit)
-    view[ABOVE] = math.asinh((own_10 - min(history.least_own, 0.0)) / unit)
-    view[LEAST_OWN] = math.asinh(history.least_own / unit)
-    view[FREE_ABOVE] = math.asinh((settled[0] - min(history.least_settled, 0.0)) / unit)
-    view[LEAST_FREE] = math.asinh(history.least_settled / unit)
+        view.free[k] = math.asinh(settled[k] / unit)
+        view.beside[k] = math.log((stir + LITTLE * unit) / (all_feet + LITTLE * unit))
+        view.all_feet[k] = math.asinh(all_feet / unit)
+    view.above_zero = math.asinh((own_10 - min(history.least_own, 0.0)) / unit)
+    view.least_own = math.asinh(history.least_own / unit)
+    view.free_above_zero = math.asinh((settled[0] - min(history.least_settled, 0.0)) / unit)
+    view.least_free = math.asinh(history.least_settled / unit)
     for k in range(3):
-        view[AGO + k] = math.log10(1.0 + history.since[k] / SHORTEST_S)
-    view[LOW], view[MOST] = history.low, math.asinh(history.most_own / unit)
-    view[HELD] = math.asinh(history.held / unit)
-    view[FALL] = math.tanh((own_10 - means[0, 2]) / unit)
-    view[FREE_FALL] = math.tanh((settled[0] - settled[1]) / unit)
-    view[QUICK_FALL] = math.tanh((means[0, 0] - own_10) / unit)
-    view[SURELY] = math.tanh(0.5 * (unit - own_10) / max(sd, SURE * unit))
+        view.since[k] = math.log10(1.0 + history.since[k] / SHORTEST_S)
+    view.low, view.most_own = history.low, math.asinh(history.most_own / unit)
+    view.held = math.asinh(history.held / unit)
+    view.fall = math.tanh((own_10 - means[0, 2]) / unit)
+    view.free_fall = math.tanh((settled[0] - settled[1]) / unit)
+    view.quick_fall = math.tanh((means[0, 0] - own_10) / unit)
+    view.surely_lost = math.tanh(0.5 * (unit - own_10) / max(sd, SURE * unit))
     diagonal = memories[0].beyond - memories[1].beyond - memories[2].beyond + memories[3].beyond
-    view[DIAGONAL] = math.asinh((diagonal if foot in (0, 3) else -diagonal) / unit)
-    view[SPEED] = math.log1p(1000.0 * history.speed)
+    view.diagonal = math.asinh((diagonal if foot in (0, 3) else -diagonal) / unit)
+    view.speed = math.log1p(1000.0 * history.speed)

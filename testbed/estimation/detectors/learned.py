@@ -21,10 +21,15 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import Hold
-from testbed.estimation.detectors.body_motion import MOTION, Motion, remember_motion, view_of_motion
+from testbed.estimation.detectors.body_motion import (
+    Motion,
+    MotionView,
+    remember_motion,
+    view_of_motion,
+)
 from testbed.estimation.detectors.foot_history import (
-    HISTORY,
     History,
+    HistoryView,
     remember_history,
     view_of_history,
 )
@@ -35,7 +40,7 @@ from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import LEGS
 
 # What the learned detector looks at: 70 numbers a foot, made of this sample and of memories of the
-# last ones, 22 of them in foot_history.py, 13 in body_motion.py.
+# last ones, 22 of them in foot_history.py, 13 in body_motion.py; each goes by its name (`View`).
 #
 # Loads are seen through arsinh(load / loss force): fine around nothing, coarse where a foot is
 # safe, alike on machines of any weight. What moves on a short time scale tells a foot in the air
@@ -45,52 +50,14 @@ from testbed.machine.names import LEGS
 # balance can be trusted. What tells one scene from the next (pressures, slope, thrust, longer
 # memories) is left out: with some hundred scenes to learn from, a network learns those by heart.
 
-
 LOADS = ("own", "carried", "balance")
 MEANS_S = (0.002, 0.01, 0.05, 0.3)
 """Time constants of the running means of a load, s."""
-MEANS = ("2 ms", "10 ms", "50 ms", "300 ms")
-STIRRED = ("carried, 10 ms", "own, 10 ms", "carried, 50 ms", "own, 50 ms")
-SIDEWAYS = ("10 ms", "300 ms")
+MEANS = ("2_ms", "10_ms", "50_ms", "300_ms")
+STIRRED = ("carried_10_ms", "own_10_ms", "carried_50_ms", "own_50_ms")
+SIDEWAYS = ("10_ms", "300_ms")
 BEHIND = ("carried", "balance")
-EXTREMES = ("own, most", "own, least", "carried, most", "carried, least")
-VIEW = (
-    *(f"{load}, mean over {span}" for load in LOADS for span in MEANS),
-    "expected",
-    "standard deviation of own",
-    *(f"{load}: how far from that mean" for load in STIRRED),
-    *(f"{load} of the last 300 ms" for load in EXTREMES),
-    "meant to carry",
-    "speed of the piston",
-    "own of the foot across the body's middle",
-    "own of the foot on the same side",
-    "own of the foot at the same end",
-    *(f"side force, mean size over {span}" for span in SIDEWAYS),
-    "side force, size of its mean over 50 ms",
-    "side force of all feet, mean size over 50 ms",
-    "what all feet bear beyond the expected, mean over 100 ms",
-    "own, least of the last 2 s",
-    *(f"own less {load}, mean over 10 s" for load in BEHIND),
-    *HISTORY,
-    *MOTION,
-)
-PRESENT = len(VIEW) - len(HISTORY) - len(MOTION)
-"""So many of them are made here."""
-AROUND = len(VIEW) - len(MOTION)
-MEAN, STIR = VIEW.index("own, mean over 2 ms"), VIEW.index("carried, 10 ms: how far from that mean")
-EXPECTED, CERTAINTY = VIEW.index("expected"), VIEW.index("standard deviation of own")
-EXTREME = VIEW.index("own, most of the last 300 ms")
-MEANT, SPEED = VIEW.index("meant to carry"), VIEW.index("speed of the piston")
-ACROSS = VIEW.index("own of the foot across the body's middle")
-SAME_SIDE = VIEW.index("own of the foot on the same side")
-SAME_END = VIEW.index("own of the foot at the same end")
-SIDE = VIEW.index("side force, mean size over 10 ms")
-PUSHED = VIEW.index("side force, size of its mean over 50 ms")
-ASIDE = VIEW.index("side force of all feet, mean size over 50 ms")
-BEYOND = VIEW.index("what all feet bear beyond the expected, mean over 100 ms")
-LEAST = VIEW.index("own, least of the last 2 s")
-BEHIND_BY = VIEW.index("own less carried, mean over 10 s")
-"""Where each of them, or the first of its kind, stands in a view."""
+EXTREMES = ("own_most", "own_least", "carried_most", "carried_least")
 LATE_S, EXPECTED_S, STIR_S = 0.3, 0.01, (0.02, 0.1)
 """Time constants: of what a foot bore of late; of what is expected; of how much a load is stirred
 within 10 and 50 ms, s (E).
@@ -99,6 +66,33 @@ ASIDE_S, SHORT_S, WHOLE_S, LEAST_S, DRIFT_S = (0.01, 0.3), 0.05, 0.1, 2.0, 10.0
 """Likewise: of side forces; of their direction; of the whole machine's load; of the least that a
 foot bore; of what a sensor's drift adds, s (E).
 """
+
+
+class View(Record):
+    """What the network sees of one foot. Loads go through arsinh(load / loss force)."""
+
+    loads = quantity("1", "running means of the loads", per=(LOADS, MEANS))
+    expected = quantity("1", "running mean of the expected load")
+    own_sd = quantity("1", "standard deviation of `own`")
+    stirred = quantity("1", "mean distance of a load from its mean", per=STIRRED)
+    extremes = quantity("1", "what the foot bore of the last 300 ms", per=EXTREMES)
+    meant_to_carry = quantity("1", "1 for a foot in stance")
+    piston_speed = quantity("1", "through an arc tangent")
+    across = quantity("1", "`own` of the foot across the body's middle")
+    same_side = quantity("1", "`own` of the foot on the same side")
+    same_end = quantity("1", "`own` of the foot at the same end")
+    sideways = quantity("1", "mean size of the side force", per=SIDEWAYS)
+    pushed = quantity("1", "size of the mean side force over 50 ms")
+    aside = quantity("1", "side force of all feet, mean size over 50 ms")
+    beyond = quantity("1", "what all feet bear beyond the expected, mean over 100 ms")
+    least = quantity("1", "least of `own` of the last 2 s")
+    behind = quantity("1", "`own` less a load, mean over 10 s", per=BEHIND)
+    history = part(HistoryView, "the foot's past")
+    motion = part(MotionView, "the body's motion and the foot's")
+
+
+VIEW = tuple(View.column_names())
+"""Every number of a view, in the network's order."""
 
 
 class FootMemory(Record):
@@ -193,7 +187,7 @@ def remember_slowly(row: Any, loads: Any, foot: int, memory: Any, dt: float) -> 
 def update_views(
     row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: Any
 ) -> None:
-    """One sample: DataRow, Derived, FootMemory (4) -> views (4, len(VIEW))."""
+    """One sample: DataRow, Derived, FootMemory (4) -> View (4)."""
     unit = numbers.loss_force
     for foot in range(len(LEGS)):
         remember(row, derived, foot, numbers, memories[foot], dt)
@@ -205,27 +199,27 @@ def update_views(
         m, view = memories[foot], views[foot]
         for load in range(3):
             for k in range(len(MEANS)):
-                view[MEAN + len(MEANS) * load + k] = math.asinh(m.means[load, k] / unit)
-        view[EXPECTED] = math.asinh(m.expected / unit)
-        view[CERTAINTY] = math.asinh(row.estimate_own.sd[foot] / unit)
+                view.loads[load, k] = math.asinh(m.means[load, k] / unit)
+        view.expected = math.asinh(m.expected / unit)
+        view.own_sd = math.asinh(row.estimate_own.sd[foot] / unit)
         for k in range(len(STIRRED)):
-            view[STIR + k] = math.asinh(m.stirred[k] / unit)
+            view.stirred[k] = math.asinh(m.stirred[k] / unit)
         for k in range(len(EXTREMES)):
-            view[EXTREME + k] = math.asinh(m.extremes[k] / unit)
-        view[MEANT] = row.carrying[foot]
-        view[SPEED] = math.atan(100.0 * derived.velocity[foot])
-        view[ACROSS] = math.asinh(memories[3 - foot].means[0, 2] / unit)
-        view[SAME_SIDE] = math.asinh(memories[(foot + 2) % len(LEGS)].means[0, 2] / unit)
-        view[SAME_END] = math.asinh(memories[foot + 1 - 2 * (foot % 2)].means[0, 2] / unit)
+            view.extremes[k] = math.asinh(m.extremes[k] / unit)
+        view.meant_to_carry = row.carrying[foot]
+        view.piston_speed = math.atan(100.0 * derived.velocity[foot])
+        view.across = math.asinh(memories[3 - foot].means[0, 2] / unit)
+        view.same_side = math.asinh(memories[(foot + 2) % len(LEGS)].means[0, 2] / unit)
+        view.same_end = math.asinh(memories[foot + 1 - 2 * (foot % 2)].means[0, 2] / unit)
         for k in range(len(SIDEWAYS)):
-            view[SIDE + k] = math.asinh(m.sideways[k] / unit)
-        view[PUSHED] = math.asinh(math.hypot(m.pushed[0], m.pushed[1]) / unit)
-        view[ASIDE], view[BEYOND] = math.asinh(aside / unit), math.asinh(beyond / unit)
-        view[LEAST] = math.asinh(m.least / unit)
+            view.sideways[k] = math.asinh(m.sideways[k] / unit)
+        view.pushed = math.asinh(math.hypot(m.pushed[0], m.pushed[1]) / unit)
+        view.aside, view.beyond = math.asinh(aside / unit), math.asinh(beyond / unit)
+        view.least = math.asinh(m.least / unit)
         for k in range(len(BEHIND)):
-            view[BEHIND_BY + k] = math.asinh(m.behind[k] / unit)
-        view_of_history(memories, foot, row.estimate_own.sd[foot], unit, view[PRESENT:AROUND])
-        view_of_motion(memories, foot, numbers, view[AROUND:])
+            view.behind[k] = math.asinh(m.behind[k] / unit)
+        view_of_history(memories, foot, row.estimate_own.sd[foot], unit, view.history)
+        view_of_motion(memories, foot, numbers, view.motion)
 
 
 MEMBERS = 3
@@ -291,31 +285,39 @@ def answer(view: Any, numbers: Any, wide: Any) -> float:
 
 
 @njit
-def _judge(samples: Any, numbers: Any, memories: Any, dt: float, scores: Any) -> None:
-    """Samples (n,) -> scores (n, 4)."""
-    views, wide = np.empty((len(LEGS), len(VIEW))), np.empty(WIDE)
+def _judge(
+    samples: Any, numbers: Any, memories: Any, dt: float, views: Any, table: Any, scores: Any
+) -> None:
+    """Samples (n,) -> scores (n, 4); views: View (4), scratch, and the same as a table."""
+    wide = np.empty(WIDE)
     share = dt / (numbers[0].smooth + dt)
     for n in range(samples.shape[0]):
         sample = samples[n]
         update_views(sample.row, sample.derived, numbers[0].scale, memories, dt, views)
         for foot in range(len(LEGS)):
-            memory, odds = memories[foot], answer(views[foot], numbers[0], wide)
+            memory, odds = memories[foot], answer(table[foot], numbers[0], wide)
             if memory.judged == 0.0:
                 memory.odds, memory.judged = odds, 1.0
             memory.odds += share * (odds - memory.odds)
             scores[n, foot] = memory.odds
 
 
-@njit
 def views_over(samples: Any, scale: Any, memories: Any, dt: float, every: int, out: Any) -> None:
     """For training every so many-th view of samples (n,) -> (n // every, 4, len(VIEW)); scale:
     ViewNumbers (1,).
     """
-    views = np.empty((len(LEGS), len(VIEW)))
+    views = View.zeros(len(LEGS))
+    _views_over(samples, scale, memories, dt, every, views, View.as_table(views), out)
+
+
+@njit
+def _views_over(
+    samples: Any, scale: Any, memories: Any, dt: float, every: int, views: Any, table: Any, out: Any
+) -> None:
     for n in range(samples.shape[0]):
         update_views(samples[n].row, samples[n].derived, scale[0], memories, dt, views)
         if n % every == every - 1 and n // every < out.shape[0]:
-            out[n // every] = views
+            out[n // every] = table
 
 
 class Learned:
@@ -339,6 +341,7 @@ class Learned:
         found = shipped_network() if weights is None else weights
         self._numbers = numbers_of(found, self.scale | scale, self.smooth_s)
         self._one, self._scores = Sample.zeros(), np.zeros((1, len(LEGS)))
+        self._views = View.zeros(len(LEGS))
         self.start(1.0e-3)
 
     def scaled(self, force: float) -> Self:
@@ -357,19 +360,23 @@ class Learned:
     def update(self, sample: Any) -> Array:
         """Scores (4,) of this sample."""
         self._one[:] = np.frombuffer(sample, self._one.dtype)
-        _judge(self._one, self._numbers, self._memories, self._dt_s, self._scores)
+        self._judge(self._one, self._scores)
         return np.array(self._scores[0])
 
     def scores(self, samples: NDArray[Any]) -> Array:
         """`update` over samples (n,): (n, 4)."""
         out = np.empty((len(samples), len(LEGS)))
         samples = np.asarray(samples).view(Sample.dtype)
-        _judge(samples, self._numbers, self._memories, self._dt_s, out)
+        self._judge(samples, out)
         return out
+
+    def _judge(self, samples: NDArray[Any], scores: Array) -> None:
+        table = View.as_table(self._views)
+        _judge(samples, self._numbers, self._memories, self._dt_s, self._views, table, scores)
 
 
 class Patient(Learned):
-    """The same score with a word for one who wants few alarms: a foot is called lost once that is
+    """The same score for one who wants few alarms: a foot is called lost once that is
     far surer, and loaded again later. It finds fewer short losses, and touchdowns later.
     """
 

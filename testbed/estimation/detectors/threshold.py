@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from testbed.estimation.detectors.base import scaled_limits
 from testbed.formats.arrays import Array
+from testbed.formats.records import get
 
 
 class Threshold:
@@ -18,15 +19,15 @@ class Threshold:
     text: ClassVar[str]
     threshold: float
     load: ClassVar[str]
-    """The estimate's name in `row.estimate`."""
+    """The estimate's path in a `Sample`."""
 
-    def update(self, sample: Any) -> Array:
+    def update(self, sample: NDArray[Any]) -> Array:
         """Scores (4,)."""
-        return -np.asarray(sample["row"]["estimate"][self.load])
+        return self.scores(sample)
 
     def scores(self, samples: NDArray[Any]) -> Array:
         """`update` over samples (n,): (n, 4)."""
-        return -np.asarray(samples["row"]["estimate"][self.load])
+        return -np.asarray(get(samples, self.load))
 
     def scaled(self, force: float) -> Self:
         """The same for a machine whose forces are so many times as large."""
@@ -37,7 +38,7 @@ class OneChamber(Threshold):
     """Equation (1)."""
 
     name, text = "threshold_one_chamber", "threshold on one chamber (1)"
-    load = "one_chamber"
+    load = "row.estimate.one_chamber"
     threshold = -2085.8
 
 
@@ -45,7 +46,7 @@ class TwoChamber(Threshold):
     """Equation (3)."""
 
     name, text = "threshold_two_chamber", "threshold on two chambers (3)"
-    load = "two_chamber"
+    load = "row.estimate.two_chamber"
     threshold = -530.6
 
 
@@ -53,7 +54,7 @@ class LessFriction(Threshold):
     """Equation (7)."""
 
     name, text = "threshold_friction", "threshold on the force less friction (7)"
-    load = "friction"
+    load = "row.estimate.friction"
     threshold = -34.6
 
 
@@ -61,7 +62,7 @@ class PublishedFilter(Threshold):
     """Equation (6)."""
 
     name, text = "threshold_kbf", "threshold on the published filter"
-    load = "kbf"
+    load = "row.estimate.kbf"
     threshold = -294.8
 
 
@@ -69,7 +70,7 @@ class PublishedModifiedFilter(Threshold):
     """Figure 10."""
 
     name, text = "threshold_modified_kbf", "threshold on the published modified filter"
-    load = "modified_kbf"
+    load = "row.estimate.modified_kbf"
     threshold = -305.0
 
 
@@ -77,27 +78,16 @@ class Own(Threshold):
     """The whole-body estimate."""
 
     name, text = "threshold_own", "threshold on the own estimate"
-    load = "own"
+    load = "row.estimate.own"
     threshold = -178.3
 
 
-class Carried:
+class Carried(Threshold):
     """The load with the friction that the oil tells (sample.py)."""
 
     name, text = "threshold_carried", "threshold on the load with sliding seals"
+    load = "derived.carried"
     threshold = -50.0
-
-    def update(self, sample: Any) -> Array:
-        """Scores (4,)."""
-        return -np.asarray(sample["derived"]["carried"])
-
-    def scores(self, samples: NDArray[Any]) -> Array:
-        """`update` over samples (n,): (n, 4)."""
-        return -np.asarray(samples["derived"]["carried"])
-
-    def scaled(self, force: float) -> Self:
-        """The same for a machine whose forces are so many times as large."""
-        return scaled_limits(type(self)(), force)
 
 
 # Expected against estimated: the share of the load that statics expect and the pressures do not

@@ -34,12 +34,13 @@ SMOOTH_DROP_PA = 5e4
 
 @dataclass(frozen=True)
 class Edge:
-    """A metering edge: its gain against the plate, and the drop below which its flow grows
-    straight, Pa.
+    """A metering edge: its gain against the plate, the drop below which its flow grows straight,
+    Pa, and by how much later than COMMAND_LEAD_SAMPLES says it follows the recorded command, s.
     """
 
     gain: float = 1.0
     smooth_pa: float = SMOOTH_DROP_PA
+    late_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -127,6 +128,9 @@ def flow_balance(
     pressure_a, pressure_b = signals.pressure_a_pa, signals.pressure_b_pa
     assert pressure_a is not None and pressure_b is not None
     supply = _supply_pa(signals, terms, open_, edge)
+    if edge.late_s:
+        index = np.arange(len(open_), dtype=np.float64)
+        open_ = np.interp(index - edge.late_s * signals.rate_hz, index, open_)
     leak: Array | float = 0.0
     if terms.leakage_m3_s_pa:
         drop = pressure_a - pressure_b

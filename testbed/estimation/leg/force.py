@@ -23,7 +23,7 @@ from testbed.estimation.leg.balance import (
     friction_n,
     without_friction_n,
 )
-from testbed.estimation.leg.flow import flow_balance, flow_terms, smoothed_opening, spool
+from testbed.estimation.leg.flow import Edge, flow_balance, flow_terms, smoothed_opening, spool
 from testbed.estimation.leg.motion import grid, signals_of, smooth, smooth_causal
 from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis import Recording
@@ -64,22 +64,43 @@ def fused(recording: Recording, model: LegModel, width_s: float) -> Signals | No
     moved = spool(
         signals.valve_command, rate, known.valve_natural_frequency_hz, known.valve_damping
     )
-    balance = flow_balance(
-        right, terms, smoothed_opening(moved, terms.deadband, max(width_s, 1.2 / rate) * rate)
-    )
-    difference = 0.5 * (balance.a_m3_s / known.area_a_m2 - balance.b_m3_s / known.area_b_m2)
-    gap = smooth(difference, CROSSOVER_S * rate)
+    open_ = smoothed_opening(moved, terms.deadband, max(width_s, 1.2 / rate) * rate)
+
+    def oil_less_encoder(late_samples: float) -> Array:
+        balance = flow_balance(right, terms, open_, Edge(late_s=late_samples / rate))
+        return 0.5 * (balance.a_m3_s / known.area_a_m2 - balance.b_m3_s / known.area_b_m2)
+
     going = np.abs(signals.velocity_m_s) > GOING_M_S
+    width = CROSSOVER_S * rate
+    late = _late_samples(*(smooth(oil_less_encoder(n), width)[going] for n in (0.0, 1.0)))
+    difference = oil_less_encoder(late)
+    gap = smooth(difference, width)
     size = float(np.sqrt(np.mean(gap[going] ** 2))) if going.any() else 0.0
     share = 1.0 / (1.0 + (size / DISAGREEMENT_M_S) ** 4)
     if share < LEAST_SHARE:
         return None
     oil = signals.velocity_m_s + difference
     slow = signals_of(recording, model.known, CROSSOVER_S).velocity_m_s
-    velocity = slow + oil - smooth(oil, CROSSOVER_S * rate)
+    velocity = slow + oil - smooth(oil, width)
     plain = signals_of(recording, model.known).velocity_m_s
     velocity = share * velocity + (1.0 - share) * plain
     return signals.with_(velocity_m_s=velocity, acceleration_m_s2=np.gradient(velocity) * rate)
+
+
+MOST_LATE, LEAST_EXPLAINED = 2.0, 0.1
+"""Samples by which a recorder's order of command and sensors may differ from the usual one, and the
+share that this has to explain of what oil and encoder differ by."""
+
+
+def _late_samples(as_usual: Array, one_late: Array) -> float:
+    """By how many samples the valve follows its command later than usual: least squares between
+    oil and encoder, from what they differ by with none and with one.
+    """
+    slope = one_late - as_usual
+    power, along = float(slope @ slope), float(as_usual @ slope)
+    if along**2 <= LEAST_EXPLAINED * power * float(as_usual @ as_usual):
+        return 0.0
+    return float(np.clip(-along / power, -MOST_LATE, MOST_LATE))
 
 
 LEAST_WEIGHT = 0.05

@@ -107,12 +107,6 @@ def constants(sure: Uncertainty, machine: Machine) -> NDArray[Any]:
     return out
 
 
-def areas_m2(axis: Axis) -> tuple[float, float]:
-    """Piston's and ring's."""
-    bore, rod = axis.cylinder.bore_m, axis.cylinder.rod_m
-    return math.pi / 4 * bore**2, math.pi / 4 * (bore**2 - rod**2)
-
-
 def zero_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> float:
     """What the sensors of an axis, and its bore, may add to its force at about the pressures of its
     work, N; 0 where all is believed exactly: then each sample's own deviation holds what they err.
@@ -122,7 +116,7 @@ def zero_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> float:
     def sd(number: str) -> float:
         return sure.sd(number, machine)
 
-    area_a, area_b = areas_m2(axis)
+    area_a, area_b = axis.cylinder.areas_m2
     own = axis.sensor.pressure_accuracy_pa * math.hypot(area_a, area_b) if sure.draw else 0.0
     chamber_pa = machine.scale.length * CHAMBER_PA
     whole = f"sensor.zero_a@{axis.name}.zero"

@@ -147,6 +147,7 @@ def _only_the_clock(raw: Raw, row: int, usual_s: float) -> bool:
             len(place) < 3
             or not np.isfinite(place).all()
             or (np.diff(time) > GAP_STEPS * usual_s).any()
+            or time[-1] <= time[0]
         ):
             return False
         speeds.append((place[-1] - place[0]) / (time[-1] - time[0]))

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.table import read_columns
 from testbed.formats.units import span_to_si, to_si
@@ -100,3 +102,9 @@ def read_raw(place: str | Path) -> Raw:
         ranges,
         machine,
     )
+
+
+def repetitions(values: Array) -> tuple[Array, Array]:
+    """(first rows, lengths) of the runs in which `values` (n,) repeats itself to the last bit."""
+    first = np.concatenate([[0], np.flatnonzero(np.diff(values) != 0.0) + 1])
+    return first, np.diff(np.concatenate([first, [len(values)]]))

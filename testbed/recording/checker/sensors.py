@@ -10,8 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from testbed.formats.arrays import Array, Flags
+from testbed.recording.checker.command import REVERSED_M, frozen_command
 from testbed.recording.checker.finding import Finding
-from testbed.recording.checker.raw import REFERENCE, Raw
+from testbed.recording.checker.raw import REFERENCE, Raw, repetitions
 
 STOOD_S = 0.05
 """A value that stood for longer before it jumped was held."""
@@ -19,12 +20,15 @@ MUCH_CLIPPED, SOME_CLIPPED = 0.5, 0.01
 """Shares of clipped samples that are an error and a warning."""
 SENSED = ("pressure_", "supply", "actuator", "force", REFERENCE)
 """Channels whose noise shows whether the sensor is alive and within its range."""
+FORCES = (REFERENCE, "actuator_force", "force")
 CLIPPED_SHARE, CLIPPED_RUN = 0.002, 6
 """A noisy channel that stands at its extreme in this share of the samples, and so many in a row, is
 clipped.
 """
-PRESSED = 0.1
-"""Share of its span by which a pressure changes while a load cell at its end does not."""
+PRESSED, STIRS = 0.1, 0.02
+"""Shares of its span by which a pressure changes while a load cell at its end does not: that say
+enough alone; and beside a value that stands OUT times as often as the next one."""
+OUT = 4.0
 NOISY = 0.6
 """A channel that repeats itself in less than this share of the steps is noisy: a long repetition
 means something.
@@ -35,8 +39,6 @@ do by chance.
 """
 ALONE_TIMES = 10.0
 """Times that the longest repetition of a force is longer than the next one where it is frozen."""
-REVERSED_M = 2e-3
-"""Travel both ways that no constant valve command can have made."""
 JUMP_TIMES = 6.0
 """A frozen sensor that wakes up steps by so many times its largest usual step."""
 
@@ -62,18 +64,12 @@ def check_numbers(raw: Raw) -> Iterator[Finding]:
             )
 
 
-def repetitions(values: Array) -> tuple[Array, Array]:
-    """(first rows, lengths) of the runs in which `values` (n,) repeats itself to the last bit."""
-    first = np.concatenate([[0], np.flatnonzero(np.diff(values) != 0.0) + 1])
-    return first, np.diff(np.concatenate([first, [len(values)]]))
-
-
 def check_frozen(raw: Raw) -> Iterator[Finding]:
     """Sensors that repeat one value while the machine goes on."""
     for name, values in raw.series.items():
         found: Iterator[Finding] = iter(())
         if name == "valve_command":
-            found = _frozen_command(raw, values)
+            found = frozen_command(raw)
         elif name.startswith("position"):
             found = _frozen_then_steps(raw, name, values)
         elif name.startswith(SENSED):
@@ -179,28 +175,6 @@ def _frozen_then_steps(raw: Raw, name: str, values: Array) -> Iterator[Finding]:
             )
 
 
-def _frozen_command(raw: Raw, values: Array) -> Iterator[Finding]:
-    """A valve command that stays where it is while the piston goes both ways."""
-    position = raw.series.get("position")
-    if position is None:
-        return
-    first, length = repetitions(values)
-    for index in np.flatnonzero(length > 20):
-        held = position[first[index] : first[index] + length[index]]
-        out, back = float(np.max(held) - held[0]), float(np.max(held) - held[-1])
-        down, up = float(held[0] - np.min(held)), float(held[-1] - np.min(held))
-        if max(min(out, back), min(down, up)) > REVERSED_M:
-            yield Finding(
-                "error",
-                "valve_command",
-                "stays at one value while the piston goes both ways",
-                f"{values[first[index]]:.4g} while the piston goes {1e3 * max(out, down):.3g} mm and back",
-                "the command was not recorded there: cut this stretch out, or leave the channel out",
-                float(raw.time_s[first[index]]),
-                float(raw.time_s[first[index] + length[index] - 1]),
-            )
-
-
 def _travel(raw: Raw, start: int, stop: int) -> float:
     position = raw.series.get("position")
     return 0.0 if position is None else float(np.ptp(position[start : stop + 1]))
@@ -223,11 +197,12 @@ def check_clipped(raw: Raw) -> Iterator[Finding]:
         first, length = repetitions(values)
         if len(first) > 1 and np.sum(length - 1) / len(values) < NOISY:
             for extreme in (float(values.max()), float(values.min())):
-                if declared is None or not _is_end(extreme, declared):
+                if not (declared and _is_end(extreme, declared)) and _cut_off(raw, name, extreme):
                     ends.append((extreme, values == extreme, "seen"))
-        elif name in (REFERENCE, "actuator_force", "force"):
+        elif name in FORCES:
             top = float(values[np.argmax(np.abs(values))])
-            if top and _held_while_pressed(raw, values == top):
+            changes = STIRS if _stands_out(values, top) else PRESSED
+            if top and _held_while_pressed(raw, values == top, changes):
                 ends.append((top, values == top, "seen"))
         reported = False
         for end, there, how in ends:
@@ -250,9 +225,29 @@ def _is_end(value: float, declared: tuple[float, float]) -> bool:
     return value <= low + margin or value >= high - margin
 
 
-def _held_while_pressed(raw: Raw, there: Flags) -> bool:
-    """Whether the pressure goes on changing in the longest stretch in which a coarse force stays at
-    its extreme.
+def _stands_out(values: Array, extreme: float) -> bool:
+    """Whether an extreme comes far more often than the value next to it: a channel that turns round
+    there spends no more time at its last count than at the one before.
+    """
+    others = values[values != extreme]
+    if not others.size:
+        return False
+    next_one = others[np.argmin(np.abs(others - extreme))]
+    return bool((values == extreme).sum() > OUT * (others == next_one).sum())
+
+
+def _cut_off(raw: Raw, name: str, extreme: float) -> bool:
+    """Whether a noisy channel stands out at its extreme; a force only while a pressure stirs."""
+    there = raw.series[name] == extreme
+    rests = name in FORCES and "pressure_a" in raw.series
+    return _stands_out(raw.series[name], extreme) and (
+        not rests or _held_while_pressed(raw, there, STIRS)
+    )
+
+
+def _held_while_pressed(raw: Raw, there: Flags, changes: float = PRESSED) -> bool:
+    """Whether the pressure goes on changing, by a share `changes` of its span, in the longest
+    stretch in which a coarse force stays at its extreme.
     """
     pressure = raw.series.get("pressure_a")
     if pressure is None:
@@ -262,7 +257,7 @@ def _held_while_pressed(raw: Raw, there: Flags) -> bool:
     longest = int(np.argmax(stops - starts))
     held = pressure[starts[longest] : stops[longest]]
     low, high = np.quantile(pressure, [0.01, 0.99])
-    return bool(np.ptp(held) > PRESSED * (high - low))
+    return bool(np.ptp(held) > changes * (high - low))
 
 
 def _clipped(raw: Raw, name: str, end: float, there: Flags, how: str) -> Finding:

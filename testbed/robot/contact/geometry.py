@@ -47,7 +47,7 @@ def contact_axes(normals: Array) -> Array:
 
 @njit
 def contact_maps(
-    undersides: Array, axes: Array, frames: Array, radius_m: float, about: Array
+    undersides: Array, axes: Array, frames: Array, radii_m: Array, about: Array
 ) -> Array:
     """Wrenches (n, 6, 3) about the point `about` (3,) of unit forces along the contact axes.
 
@@ -56,6 +56,7 @@ def contact_maps(
     """
     maps = np.empty((undersides.shape[0], 6, 3))
     for index in range(undersides.shape[0]):
+        radius_m = radii_m[index]
         px, py, pz = (
             undersides[index, 0] + radius_m * (axes[index, 0] - frames[index, 0, 0]) - about[0],
             undersides[index, 1] + radius_m * (axes[index, 1] - frames[index, 1, 0]) - about[1],
@@ -152,8 +153,8 @@ class Legs(NamedTuple):
     """Motion of the undersides by the joints, (n, 3, 12)."""
     verticals: NDArray[np.int64]
     """Each leg's vertical joint among the twelve, (n,)."""
-    radius_m: float
-    """Of the feet."""
+    radii_m: Array
+    """Of the feet, (n,)."""
     compliance: Array
     """Of the joints, (12,), m/N or rad/(N m)."""
 
@@ -231,7 +232,7 @@ def feet_under_load(
             axes[index, k] = -legs.jacobians[index, k, legs.verticals[index]]
     frames = contact_axes(ground.normals)
     feet = Feet(
-        contact_maps(legs.undersides, axes, frames, legs.radius_m, centre),
+        contact_maps(legs.undersides, axes, frames, legs.radii_m, centre),
         contact_compliances(legs.jacobians, legs.compliance, ground.compliance, frames),
         ground.heights,
         ground.reached,

@@ -47,7 +47,7 @@ class OilColumns:
         """Areas and volumes of the twelve cylinders of the machine."""
         self._linkages = Linkages.from_machine(machine)
         cylinders = [axis.cylinder for axis in machine.axes.values()]
-        self._area_a = np.array([math.pi / 4 * cylinder.bore_m**2 for cylinder in cylinders])
+        self._area_a = np.array([cylinder.areas_m2[0] for cylinder in cylinders])
         self._area_b = self._area_a - np.array(
             [math.pi / 4 * cylinder.rod_m**2 for cylinder in cylinders]
         )
@@ -225,7 +225,7 @@ class ExpectedLoads:
             compliance = self.oil.joint_compliance(positions)
         else:
             compliance = np.asarray(joint_compliance)
-        return Legs(undersides, jacobians, _VERTICAL, self.model.foot_radius_m, compliance)
+        return Legs(undersides, jacobians, _VERTICAL, self.model.foot_radii_m, compliance)
 
     def _ground_under(self, footing: Footing) -> Ground:
         return Ground(

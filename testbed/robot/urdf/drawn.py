@@ -12,7 +12,7 @@ import numpy as np
 
 from testbed.formats.arrays import Array
 from testbed.machine.urdf_check import read_urdf
-from testbed.machine.urdf_geometry import link_of, origin_of
+from testbed.machine.urdf_shapes import link_of, origin_of
 from testbed.robot.urdf.drawing import COLOURS, Shape
 
 PLAIN = "grey"

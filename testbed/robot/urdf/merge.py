@@ -16,7 +16,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from testbed.formats.arrays import Array
-from testbed.machine.urdf_geometry import origin_of
+from testbed.machine.urdf_shapes import origin_of
 
 UPRIGHT = 1e-9
 """Cosine of the pitch below which roll and yaw are one angle."""

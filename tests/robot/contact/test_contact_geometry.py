@@ -24,11 +24,11 @@ def test_a_normal_along_the_body_has_no_tangent_near_it() -> None:
 
 
 def test_a_map_is_the_force_and_its_moment_about_the_point() -> None:
-    frames, about, radius = contact_axes(NORMALS), np.array([0.1, -0.2, 0.3]), 0.1
+    frames, about, radii = contact_axes(NORMALS), np.array([0.1, -0.2, 0.3]), (0.1, 0.14)
     legs = np.tile([0.0, 0.0, 1.0], (2, 1))  # the foot's centre lies above its underside
-    maps = contact_maps(UNDERSIDES, legs, frames, radius, about)
+    maps = contact_maps(UNDERSIDES, legs, frames, np.array(radii), about)
     for i in range(2):
-        touch = UNDERSIDES[i] + radius * (legs[i] - NORMALS[i]) - about
+        touch = UNDERSIDES[i] + radii[i] * (legs[i] - NORMALS[i]) - about
         for k in range(3):
             wrench = np.concatenate([frames[i][:, k], np.cross(touch, frames[i][:, k])])
             np.testing.assert_allclose(maps[i, :, k], wrench, atol=1e-12)

@@ -40,7 +40,7 @@ class Pace:
     def __init__(self, machine: Machine, arms: Array) -> None:
         """`arms` (12): of the cylinders at the start, m/rad or 1."""
         axes = list(machine.axes.values())
-        areas = np.array([np.pi / 4 * axis.cylinder.bore_m**2 for axis in axes])
+        areas = np.array([axis.cylinder.areas_m2[0] for axis in axes])
         self._volume = areas * arms
         rods = np.array([axis.cylinder.rod_m / axis.cylinder.bore_m for axis in axes])
         self._back = 1.0 - rods**2
