@@ -52,8 +52,7 @@ SPOOL_OFF = 0.002
 """The spool's place is known to this share of its travel: play, amplifier (E)."""
 PRESSURE_OFF_PA = 1.5e5
 """A pressure drop across an edge is known to this: sensors, lines, a swing within a bin (E)."""
-USUAL_LATE_S = 0.05
-"""How late a reading may be expected to be (E)."""
+USUAL_LATE_S = 0.05  # of a late reading (E)
 HOSE_M3_PA = 3.0e-13
 """What hoses of any machine may take up, by each time in which they fill (E)."""
 SOUND_LEAK_M3_S_PA = 1.0e-13
@@ -195,6 +194,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     by_reading = (over[0] + over[1] - supplied - drained) / READING_STEP_PA
     ahead = np.column_stack([bins.pressure_a_ahead[:, i], bins.pressure_b_ahead[:, i]])
     quickens = np.column_stack([bins.pressure_a_quickens[:, i], bins.pressure_b_quickens[:, i]])
+    late_flow = _taken_up(axis, volume, p) * quickens - by_reading * ahead
     return Oil(
         pressure_pa=p,
         missing=missing,
@@ -204,10 +204,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
         by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
         by_reading=by_reading,
-        by_lateness=_beyond_hunting(
-            _taken_up(axis, volume, p) * quickens - by_reading * ahead,
-            machine.scale.times("m3/s"),
-        ),
+        by_lateness=_beyond_hunting(late_flow, machine.scale.times("m3/s")),
         compressed=np.abs(compressed),
         void=np.clip(1.0 - (p - VOID_PA) / FULL_PA, 0.0, 1.0),
         by_deadband=-(wider[0] + wider[1] - supplied - drained) / STEP,
@@ -237,11 +234,10 @@ def _past_holding(valve: Valve, edge: Array, supplied: Array, drained: Array) ->
 
 
 def _beyond_hunting(by_lateness: Array, flows: float) -> Array:
-    """What is missing by a late reading where one of the usual size would be above the noise of
-    flows; below it control answers the encoder's counts, and pressures seem to follow them.
+    """What is missing by a late reading where a usual one is above the flows' noise: below it
+    control answers the encoder's counts, and pressures seem to follow them.
     """
-    seen = USUAL_LATE_S * np.abs(by_lateness) > flows * WHITE_M3_S
-    return np.where(seen, by_lateness, 0.0)
+    return np.where(USUAL_LATE_S * np.abs(by_lateness) > flows * WHITE_M3_S, by_lateness, 0.0)
 
 
 def _taken_up(axis: Axis, volume_m3: Array, pressure_pa: Array) -> Array:
