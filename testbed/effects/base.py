@@ -139,11 +139,11 @@ class Effect:
     usual: ClassVar[float | None] = None
     """How large they may be expected to be, where the parameters' priors do not tell."""
     linear_to: ClassVar[float] = 0.0
-    """Share of a number of its signature by which the robot's linear law may be wrong; `is_one_of`:
-    its numbers are those of kinds that exclude each other; `main`: that without which it is none.
-    """
+    """Share of a number of its signature by which the robot's linear law may be wrong."""
     is_one_of: ClassVar[bool] = False
+    """Its signature's numbers are those of kinds that exclude each other."""
     main: ClassVar[str] = ""
+    """The number of its signature without which it is none."""
 
     # -- what a world that has it hides ------------------------------------------------------------
     hides: ClassVar[Mapping[str, str]] = {}
