@@ -118,13 +118,17 @@ class Effect:
     needs_sliding: ClassVar[bool] = False
     """The same for what is no friction."""
     looked_for: ClassVar[float] = 1.0
-    """Among so many alternatives its signature was picked: its evidence is worth that less."""
+    """Among so many alternatives its signature was picked as the best: its evidence is worth that
+    much less.
+    """
     is_tolerance: ClassVar[bool] = False
     """Every machine has it within a workshop's tolerance; the robot's diagnosis does not name it
     beyond.
     """
     band_amplitude: ClassVar[str | None] = None
-    """The parameter that is the amplitude of a narrow band: measured there, never fitted."""
+    """The parameter that is the amplitude of a narrow band: measured from the band, never
+    fitted.
+    """
     declared_as: ClassVar[str | None] = None
     """The declared number of a rig that it changes: where nobody declares it, it is fitted and no
     finding.
@@ -138,12 +142,6 @@ class Effect:
     """Below which no number of its signature can lie; None: as its parameters' bounds have it."""
     usual: ClassVar[float | None] = None
     """How large they may be expected to be, where the parameters' priors do not tell."""
-    linear_to: ClassVar[float] = 0.0
-    """Share of a number of its signature by which the robot's linear law may be wrong."""
-    is_one_of: ClassVar[bool] = False
-    """Its signature's numbers are those of kinds that exclude each other."""
-    main: ClassVar[str] = ""
-    """The number of its signature without which it is none."""
 
     # -- what a world that has it hides ------------------------------------------------------------
     hides: ClassVar[Mapping[str, str]] = {}
@@ -178,7 +176,9 @@ class Effect:
 
     # -- what the whole robot shows of it ----------------------------------------------------------
     def signature(self, seen: RobotSeen, place: str) -> Signature:
-        """What the robot's balances miss by one unit of its (linear) numbers; nothing: not seen."""
+        """By how much the robot's balances miss for one unit of each of its (linear) numbers;
+        nothing: they cannot show it.
+        """
         return {}
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:

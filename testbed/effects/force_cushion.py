@@ -49,7 +49,6 @@ class Cushion(Effect):
     hides = {"stiffness": "extra.cushion_stiffness", "start": "extra.cushion_start"}
     lowest = 0.0
     usual = 3.0e4
-    is_one_of = True
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """It pushes the piston out."""
@@ -87,7 +86,7 @@ class Cushion(Effect):
         return LEFT_COST * max(1.0 - outside / LEFT_SHARE, 0.0)
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
-        """A cushion that begins at one of several places of the travel."""
+        """Cushions that begin at several places of the travel."""
         i = seen.axis(place)
         x = seen.extension_m[:, i]
         return {
@@ -104,7 +103,7 @@ class Cushion(Effect):
         return {"stiffness": whole, "start": float(np.clip(start, starts[0], starts[-1]))}
 
 
-TRIED, BEYOND_M = (0.25, 0.4, 0.55, 0.7, 0.8, 0.9, 1.0), 0.15
+TRIED, BEYOND_M = (0.35, 0.65, 1.0), 0.15
 """Shares of the travel at which a cushion of the robot is tried to begin; and how far beyond it: a
 piston may be inside its cushion all along.
 """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import Any
 
@@ -39,7 +38,6 @@ class Spring(Effect):
         "sensor.gain_a": "a gain error grows with the pressure, wherever the piston is",
     }
     hides = {"stiffness": "extra.spring_stiffness", "rest": "extra.spring_rest"}
-    main = "stiffness"
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """It pulls the piston to where it rests."""
@@ -67,35 +65,27 @@ class Spring(Effect):
         )
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
-        """A force against extension from where it usually rests, and what another rest adds."""
+        """A force against extension, and what its rest makes a constant."""
         axis = seen.axis(place)
         return {
-            "stiffness": Change(force={axis: seen.extension_m[:, axis] - USUAL_REST_M}),
+            "stiffness": Change(force={axis: seen.extension_m[:, axis]}),
             "stiffness rest": Change(force={axis: -np.ones(seen.bins)}),
         }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
-        """The constant over the stiffness is how far from there it rests."""
+        """The constant over the stiffness is the rest."""
         stiffness = linear["stiffness"]
-        further = linear["stiffness rest"] / stiffness if stiffness else 0.0
-        return {"stiffness": stiffness, "rest": USUAL_REST_M + further}
+        rest = linear["stiffness rest"] / stiffness if stiffness else 0.0
+        return {"stiffness": stiffness, "rest": rest}
 
     def to_linear(self, values: Values) -> dict[str, float]:
         """The stiffness, and the constant that its rest makes."""
         stiffness = values["stiffness"]
-        further = values["rest"] - USUAL_REST_M
-        return {"stiffness": stiffness, "stiffness rest": stiffness * further}
+        return {"stiffness": stiffness, "stiffness rest": stiffness * values["rest"]}
 
     def spread(self, number: str) -> float:
-        """See Effect; a spring rests within its cylinder's travel."""
-        return USUAL_N_M * (REST_WITHIN_M if number == "stiffness rest" else 1.0)
+        """See Effect; the constant goes with the stiffness over half a stroke."""
+        return 6000.0 if number == "stiffness rest" else 2.0e4
 
-    def least(self, number: str) -> float:
-        """What pushes the piston on the further it is is no spring of a robot."""
-        return -math.inf if number == "stiffness rest" else 0.0
-
-
-USUAL_N_M, USUAL_REST_M, REST_WITHIN_M = 2.0e4, 0.25, 0.15
-"""How stiff a robot's spring may be expected to be, and where it rests (E)."""
 
 EFFECTS = (Spring(),)

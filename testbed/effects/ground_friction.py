@@ -9,11 +9,6 @@ from testbed.effects.signature import KNOT_S, RobotSeen, Signature, knots
 from testbed.effects.terms import Values
 from testbed.machine.names import LEGS
 
-MOSTLY = 0.9
-"""Beyond what it holds by in this share of a recording, friction is not read: a foot in the air has
-none.
-"""
-
 
 class GroundFriction(Effect):
     """Another coefficient of friction between one foot and its ground."""
@@ -31,12 +26,8 @@ class GroundFriction(Effect):
     usual = 5.0e-3
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
-        """How far the foot has slipped up the slope and to the left at times KNOT_S apart; nothing
-        of one that holds by more friction than is looked for.
-        """
+        """How far the foot has slipped up the slope and to the left at times KNOT_S apart."""
         leg = self.places.index(place)
-        if np.quantile(seen.friction_use[:, leg], MOSTLY) > self.spec("coefficient").prior[1]:
-            return {}
         ways = knots(seen.time_s)
         return {
             f"{axis} {index}": seen.moves(leg, way, axis)

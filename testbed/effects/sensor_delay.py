@@ -37,7 +37,6 @@ class Delay(Effect):
         ),
     )
     seen_in = ("force", "flow")
-    linear_to = 0.2
     shapes = ("lag_share",)
     needs_sliding = True
     telling_motion = "fast reversals at several speeds"
@@ -65,8 +64,8 @@ class Delay(Effect):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Force and oil are late by what the pressures change meanwhile."""
         axis = seen.axis(place)
-        late = seen.pressure_b_ahead[:, axis] * seen.area_b_m2[axis]
-        late = late - seen.pressure_a_ahead[:, axis] * seen.area_a_m2[axis]
+        late = seen.pressure_b_rate[:, axis] * seen.area_b_m2[axis]
+        late = late - seen.pressure_a_rate[:, axis] * seen.area_a_m2[axis]
         return {"delay": Change(force={axis: late}, oil={axis: seen.oil_by_lateness[:, axis]})}
 
 

@@ -53,7 +53,6 @@ class LineB(Effect):
     }
     lowest = 0.0
     usual = 0.05
-    linear_to = 0.3  # its damping alone is usual, no more
 
     def correct(self, signals: Signals, values: Values) -> Signals:
         """What the sensor should have read."""
@@ -75,7 +74,7 @@ class LineB(Effect):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Sensor B is late by 2 damping / w of the pressure's rate; its swing is not seen."""
         i = seen.axis(place)
-        force = seen.area_b_m2[i] * seen.pressure_b_ahead[:, i]
+        force = seen.area_b_m2[i] * seen.pressure_b_rate[:, i]
         flow = seen.oil_by_lateness[:, i] * (0.0, 1.0)
         return {"lag": Change(force={i: force}, oil={i: flow})}
 

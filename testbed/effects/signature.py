@@ -40,11 +40,9 @@ class RobotSeen:
     """(n, 12) way of the piston by that of its joint."""
     pressure_a_pa: Array
     pressure_b_pa: Array
-    pressure_a_ahead: Array
-    """(n, 12) by which it is higher a little later, by that time, Pa/s; `pressure_b_ahead`
-    likewise.
-    """
-    pressure_b_ahead: Array
+    pressure_a_rate: Array
+    """(n, 12) Pa/s; `pressure_b_rate` likewise."""
+    pressure_b_rate: Array
     area_a_m2: Array
     """(12,); `area_b_m2`, `stroke_m` likewise."""
     area_b_m2: Array

@@ -35,15 +35,12 @@ def ledger_of(
     return Ledger(cast(Balances, SimpleNamespace(raw=raw, groups=groups, candidates=found)))
 
 
-def ledger_of_numbers(
-    raw: RawGroup, name: str, numbers: np.ndarray, called: Sequence[str] | None = None
-) -> Ledger:
+def ledger_of_numbers(raw: RawGroup, name: str, numbers: np.ndarray) -> Ledger:
     """The ledger of one effect with several numbers of size 20: of each the change by `numbers`
-    (k, ...), a force that `raw` makes rows of; `called`: their names.
+    (k, ...), a force that `raw` makes rows of.
     """
     effect = cast(Any, _Wide(by_name(kind_of(name)), 20.0))
-    names = called or [str(k) for k in range(len(numbers))]
-    signature = {k: Change(force={0: row}) for k, row in zip(names, numbers, strict=True)}
+    signature = {str(k): Change(force={0: row}) for k, row in enumerate(numbers)}
     found = {name: Candidate(effect, place_of(name) or "", signature)}
     groups = {"forces": raw.whitened({name: signature})}
     balances = SimpleNamespace(raw={"forces": raw}, groups=groups, candidates=found)

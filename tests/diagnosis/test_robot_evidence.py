@@ -5,7 +5,6 @@ costs.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -22,7 +21,6 @@ from testbed.diagnosis.robot.probabilities import (
     calibration,
     distribution,
     leading,
-    sort_of,
 )
 from testbed.effects import by_name
 from testbed.effects.signature import Change
@@ -187,8 +185,8 @@ def test_a_number_that_would_be_negative_is_held_at_nothing() -> None:
     assert backwards.hypothesis(("ground.settling@foot_fl",)).log_factor < 0.0
 
 
-def test_what_one_part_shows_and_no_other_asks_for_is_foreseen_by_its_own_size() -> None:
-    """A foot that slips once has slipped: other parts know nothing of it, and deny nothing."""
+def test_a_course_in_time_need_not_foretell_what_is_kept_back() -> None:
+    """A foot that slips once has slipped, though no other part of the recording shows it."""
     jump = np.where(np.arange(40) // 5 == 6, 30.0, 0.0)
     raw = RawGroup(
         missing=jump,
@@ -199,49 +197,8 @@ def test_what_one_part_shows_and_no_other_asks_for_is_foreseen_by_its_own_size()
     )
     name = "ground.friction@foot_fl"
     ledger = ledger_of_numbers(raw, name, np.eye(8))
-    evidence = ledger.hypothesis((name,)).log_factor
-    assert 0.0 < evidence <= ledger.foreseen((name,))
-    assert ledger.best()[0].log_factor == evidence
-
-
-def of_ways(name: str, told: np.ndarray, numbers: Sequence[str]) -> Ledger:
-    """An effect with two numbers of size 20 that two ways show, of which so much is there."""
-    ways = np.random.default_rng(5).normal(size=(40, 2))
-    raw = RawGroup(
-        missing=ways @ told,
-        time_s=np.arange(40.0),
-        noise=np.eye(40),
-        tolerated=np.zeros((40, 1)),
-        rows_of=lambda change: ways @ change.force[0],
-    )
-    return ledger_of_numbers(raw, name, np.eye(2), numbers)
-
-
-def test_of_kinds_that_exclude_each_other_one_alone_is_there() -> None:
-    cushion, spring = "force.cushion@fl_vertical", "force.spring@fl_vertical"
-    told, numbers = np.array([20.0, 20.0]), ("0", "1")
-    found = of_ways(cushion, told, numbers).hypothesis((cushion,))
-    both = of_ways(spring, told, numbers).hypothesis((spring,))
-    assert np.count_nonzero(found.mean) == 1 and np.count_nonzero(both.mean) == 2
-    one = of_ways(cushion, np.array([20.0, 0.0]), numbers)
-    alone = of_ways(spring, np.array([20.0, 0.0]), numbers).hypothesis((spring,))
-    assert one.hypothesis((cushion,)).mean[1] == 0.0
-    assert both.log_factor > found.log_factor
-    assert one.hypothesis((cushion,)).log_factor > alone.log_factor  # a free number costs more
-
-
-def test_what_lacks_its_main_number_is_no_such_effect() -> None:
-    name, numbers = "force.spring@fl_vertical", ("stiffness", "stiffness rest")
-    constant, stiff = np.array([0.0, 2.0]), np.array([20.0, 2.0])
-    assert of_ways(name, constant, numbers).hypothesis((name,)).log_factor < 0.0
-    assert of_ways(name, stiff, numbers).hypothesis((name,)).log_factor > 100.0
-
-
-def test_evidence_counts_by_how_far_sound_machines_go_beyond_what_most_reach() -> None:
-    numbers = {**calibration(), "tail": {**calibration()["tail"], sort_of(LEFT): 0.5}}
-    slow = {**numbers, "tail": {**numbers["tail"], sort_of(LEFT): 5.0}}
-    found = RobotSigns((((LEFT,), 12.0),))
-    assert distribution(found, numbers)[LEFT,] > 0.5 > distribution(found, slow)[LEFT,]
+    assert ledger.foreseen((name,)) <= 0.0 < ledger.hypothesis((name,)).log_factor
+    assert ledger.best()[0].log_factor == ledger.hypothesis((name,)).log_factor
 
 
 def signs(one: float, rival: float, nothing: float) -> RobotSigns:

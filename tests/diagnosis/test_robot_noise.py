@@ -118,11 +118,10 @@ def test_a_piston_inside_its_cushion_all_along_shows_it() -> None:
     stiffness, start = 5.0e4, 0.22
     columns = [c.force[0] for c in Cushion().signature(seen, "fl_vertical").values()]
     numbers = np.linalg.lstsq(
-        np.column_stack(columns[-2:]), -stiffness * (start - extension), rcond=None
+        np.column_stack(columns[2:]), -stiffness * (start - extension), rcond=None
     )[0]
     assert (numbers > 0.0).all() and start < extension.max() + BEYOND_M
-    nothing = [0.0] * (len(columns) - 2)
-    linear = dict(zip(Cushion().signature(seen, "fl_vertical"), [*nothing, *numbers], strict=True))
+    linear = dict(zip(Cushion().signature(seen, "fl_vertical"), [0.0, 0.0, *numbers], strict=True))
     found = Cushion().from_linear(linear, seen, "fl_vertical")
     assert found == pytest.approx({"stiffness": stiffness, "start": start})
 

@@ -13,7 +13,7 @@ import pytest
 
 from testbed.diagnosis.robot import feet, forces
 from testbed.diagnosis.robot.balance import EVERY, BodyBalance, OtherSigns, balance_of
-from testbed.diagnosis.robot.bins import LATE_BY_S, Bins, Frame, bins_of
+from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.hauling import Hauling
 from testbed.diagnosis.robot.oil import oil_of
 from testbed.diagnosis.robot.supply import supply_of
@@ -114,27 +114,6 @@ def test_a_pressure_gain_adds_its_share_of_the_piston_force() -> None:
     assert close(
         missed(balanced(data)), predicted("sensor.gain_a", "fr_radial", gain_error=0.01), 0.05
     )
-
-
-def test_pressures_that_arrive_late_are_found_where_they_jump() -> None:
-    """A jump within a bin is no straight line: what the sensors read a little later tells it."""
-    fresh, late = dict(recorded()), dict(recorded())
-    shift = round(LATE_BY_S * 250.0)
-    for chamber in "ab":
-        name = f"pressure_{chamber}_fr_radial"
-        fresh[name] = fresh[name] + 5e5 * (np.sin(9.0 * fresh["t"]) > 0.3)
-        late[name] = np.append(np.full(shift, fresh[name][0]), fresh[name][:-shift])
-    found, body = balanced(fresh), balanced(late)
-    (change,) = by_name("sensor.delay").signature(body.seen, "fr_radial").values()
-    told = LATE_BY_S * forces.rows_of(body, change)
-    assert close(body.missing[body.counted] - found.missing[found.counted], told, 0.05)
-
-
-def test_a_foot_that_holds_by_much_friction_has_not_slipped_on_little() -> None:
-    seen, slips = sound().seen, by_name("ground.friction")
-    for use, offered in ((0.7, False), (0.1, True)):
-        one = replace(seen, friction_use=np.full_like(seen.friction_use, use))
-        assert bool(slips.signature(one, "foot_rl")) == offered
 
 
 def test_a_drift_grows_with_time_from_the_start() -> None:

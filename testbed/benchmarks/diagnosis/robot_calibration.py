@@ -27,7 +27,6 @@ from testbed.benchmarks.diagnosis.robot_draws import MOTIONS
 from testbed.benchmarks.diagnosis.robot_scores import alone_of, calibration, distances, target
 from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.diagnosis.robot.probabilities import (
-    ANY,
     FILE,
     NO_NAME,
     Names,
@@ -79,8 +78,7 @@ def fit(trials: Sequence[Trial]) -> Numbers:
     for motion in MOTIONS:  # the motion of a sound machine that looks most like the effect
         reach = sound_reach([signs for signs, made in clean if made == motion])
         sound = {k: max(sound.get(k, 0.0), reach.get(k, 0.0)) for k in sorted({*sound, *reach})}
-    beyond = {"sound": sound, "tail": tails([signs for signs, _ in clean])}
-    weighed = [(Weighed.of(signs, beyond), truth) for signs, truth in runs]
+    weighed = [(Weighed.of(signs, {"sound": sound}), truth) for signs, truth in runs]
     asked = [(w, _rows(w, truth), not truth) for w, truth in weighed]
 
     def given(moved: Array) -> Iterator[float]:
@@ -90,7 +88,7 @@ def fit(trials: Sequence[Trial]) -> Numbers:
             yield float(sets[rows].sum() + nothing * none)
 
     found = unpacked(least_loss(given, [True] * len(START)))
-    found |= {**beyond, "width": fitted_width(trials)}
+    found |= {"sound": sound, "width": fitted_width(trials)}
     return found | {"lapse": fitted_lapse(trials, found)}
 
 
@@ -103,39 +101,20 @@ def sound_reach(runs: Sequence[RobotSigns]) -> dict[str, float]:
     """Sort of effect (`sort_of`) -> ln of the Bayes factor that its best place reaches in
     SOUND_SHARE of the runs of sound machines, where that is above nothing.
     """
-    found = {sort: float(np.quantile(best, SOUND_SHARE)) for sort, best in _best_of(runs).items()}
-    return {sort: reach for sort, reach in found.items() if reach > 0.0}
-
-
-def tails(runs: Sequence[RobotSigns]) -> dict[str, float]:
-    """Sort of effect -> by how much ln of its Bayes factor lies beyond what SOUND_SHARE of the runs
-    of sound machines reach in those that go beyond, in the mean; shrunk towards that of ANY sort
-    as if SHRUNK more runs had shown it.
-    """
-    beyond = {}
-    for sort, best in _best_of(runs).items():
-        over = best - np.quantile(best, SOUND_SHARE)
-        beyond[sort] = over[over > 0.0]
-    every = np.concatenate([*beyond.values(), [1.0]])
-    common = float(every.mean())
-    own = {k: (v.sum() + SHRUNK * common) / (len(v) + SHRUNK) for k, v in beyond.items()}
-    return {ANY: common, **{sort: float(tail) for sort, tail in own.items()}}
-
-
-SHRUNK = 5
-
-
-def _best_of(runs: Sequence[RobotSigns]) -> dict[str, Array]:
-    """Sort of effect -> ln of the Bayes factor of its best place in each run, (runs,), 0 where it
-    has none above.
-    """
-    out: dict[str, Array] = {}
-    for k, signs in enumerate(runs):
+    best: dict[str, list[float]] = {}
+    for signs in runs:
+        here: dict[str, float] = {}
         for names, factor in signs.sets:
             if len(names) == 1:
-                best = out.setdefault(sort_of(names[0]), np.zeros(len(runs)))
-                best[k] = max(best[k], factor)
-    return dict(sorted(out.items()))
+                sort = sort_of(names[0])
+                here[sort] = max(here.get(sort, 0.0), factor)
+        for sort, factor in here.items():
+            best.setdefault(sort, []).append(factor)
+    out = {}
+    for sort, found in sorted(best.items()):
+        whole = np.array(found + [0.0] * (len(runs) - len(found)))
+        out[sort] = float(np.quantile(whole, SOUND_SHARE))
+    return {sort: reach for sort, reach in out.items() if reach > 0.0}
 
 
 def fitted_lapse(trials: Sequence[Trial], numbers: Numbers) -> float:
@@ -190,9 +169,8 @@ def as_yaml(numbers: Numbers, trials: Sequence[Trial], held_out: Mapping[str, An
         "seeds": ranges([int(t["seed"]) for t in trials]),
         "calibration_error_across_halves": round(held_out["expected_calibration_error"], 4),
         "brier_across_halves": round(held_out["brier"], 4),
-        **rounded({k: v for k, v in numbers.items() if k not in ("sound", "tail")}),
+        **rounded({k: v for k, v in numbers.items() if k != "sound"}),
         "sound": rounded(numbers["sound"]),
-        "tail": rounded(numbers["tail"]),
     }
     return yaml_text(row)
 

@@ -22,10 +22,6 @@ EDGE_S = 0.02
 """An encoder's reading at the edge of a bin is the mean of this long: a tenth of a count is left of
 its steps.
 """
-LATE_BY_S = 0.04
-"""A pressure that is read late is sought at what it reads so much later: sudden changes are no
-straight lines (E).
-"""
 SETTLING_S = 0.6
 """The start's transients are left out."""
 REST_M_S, SLIDE_M_S = 0.0012, 0.004
@@ -55,13 +51,6 @@ class Bins:
     pressure_a_rate: Array
     """(n, 12) change over the bin, Pa/s."""
     pressure_b_rate: Array
-    pressure_a_ahead: Array
-    """(n, 12) by which it is higher LATE_BY_S later, by that time, Pa/s; `pressure_a_quickens`: the
-    same of its rate, Pa/s2.
-    """
-    pressure_b_ahead: Array
-    pressure_a_quickens: Array
-    pressure_b_quickens: Array
     command: Array
     supply_pa: Array
     oil_degc: Array
@@ -153,17 +142,6 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
         columns = [np.asarray(data[f"{stem}_{axis}"], dtype=float) for axis in AXES]
         return np.column_stack([frame.mean(replace_clipped(column)) for column in columns])
 
-    shift = max(round(LATE_BY_S / frame.period_s), 1)
-
-    def ahead(stem: str) -> tuple[Array, Array]:
-        columns = [np.asarray(data[f"{stem}_{axis}"], dtype=float) for axis in AXES]
-        more = [np.append(c[shift:], np.full(shift, c[-1])) - c for c in columns]
-        later_s = shift * frame.period_s
-        rises = [np.diff(frame.at_edges(one)) / step for one in more]
-        means = [frame.mean(one) for one in more]
-        return np.column_stack(means) / later_s, np.column_stack(rises) / later_s
-
-    (a_ahead, a_quickens), (b_ahead, b_quickens) = ahead("pressure_a"), ahead("pressure_b")
     joint = per_axis("position")
     rate = rates("position")
     extension, arm = robot.linkages.rods(joint)
@@ -184,10 +162,6 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
         pressure_b_pa=pressures("pressure_b"),
         pressure_a_rate=rates("pressure_a"),
         pressure_b_rate=rates("pressure_b"),
-        pressure_a_ahead=a_ahead,
-        pressure_b_ahead=b_ahead,
-        pressure_a_quickens=a_quickens,
-        pressure_b_quickens=b_quickens,
         command=per_axis("valve"),
         supply_pa=mean("supply_pressure"),
         oil_degc=mean("oil_temperature"),

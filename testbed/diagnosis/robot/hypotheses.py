@@ -17,7 +17,7 @@ import numpy.typing as npt
 from scipy.special import log_ndtr
 
 from testbed.diagnosis.robot.evidence import PIECE_S
-from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances, Candidate
+from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances
 from testbed.diagnosis.robot.unexplained import is_unexplained
 from testbed.effects import kind_of
 
@@ -68,7 +68,7 @@ class Ledger:
             for n, first, last in zip(self.names, ends[:-1], ends[1:], strict=True)
         }
         effects = {n: balances.candidates[n].effect for n in self.names}
-        self._matters = np.concatenate([_mattering(balances.candidates[n]) for n in self.names])
+        self._matters = np.repeat([MATTERS if size == 1 else 0.0 for size in sizes], sizes)
         self._price = {n: math.log(e.looked_for) for n, e in effects.items()}
         self._width = np.concatenate([balances.candidates[n].spreads for n in self.names])
         least = np.concatenate([balances.candidates[n].least for n in self.names])
@@ -87,7 +87,6 @@ class Ledger:
                 rows = columns[part == k]
                 self._part_gradient[k, index] += rows.T @ group.missing[part == k]
                 self._part_information[k][np.ix_(index, index)] += rows.T @ rows
-        self.likeliest: dict[str, npt.NDArray[np.bool_]] = {}
         self.gradient = self._part_gradient.sum(axis=0)
         self._information = self._part_information.sum(axis=0)
 
@@ -95,52 +94,13 @@ class Ledger:
         """The evidence of a set, and its numbers one effect's after the other's."""
         if not names:
             return Hypothesis((), 0.0, np.zeros(0), np.zeros((0, 0)))
-        index, kinds = self._index(names), self._kinds(names)
-        tried = [self._fitted(index, kind) for kind in kinds]
-        factors = np.array([factor for factor, _, _ in tried])
-        _, mean, covariance = tried[int(np.argmax(factors))]
-        factor = float(np.logaddexp.reduce(factors))
-        factor -= sum(math.log(self._kinds_of(n)) for n in names)
-        factor -= sum(self._price[n] for n in names)
-        width = self._width[index]
-        whole = covariance * np.outer(width, width)
-        return Hypothesis(names, factor, width * mean, whole, self._apart(names))
-
-    def _kinds(self, names: tuple[str, ...]) -> list[npt.NDArray[np.bool_]]:
-        """Which of a set's numbers (k,) may be other than 0: any, but of an effect of which each
-        stands for another kind one alone. Each kind of a single effect; of two effects, the
-        likeliest of each.
-        """
-        if len(names) > 1:
-            return [np.concatenate([self._kind(name) for name in names])]
-        size = len(self._where[names[0]])
-        one_of = self._kinds_of(names[0]) > 1
-        return list(np.eye(size, dtype=bool) if one_of else np.ones((1, size), dtype=bool))
-
-    def _kinds_of(self, name: str) -> int:
-        """How many kinds of an effect there are."""
-        exclude = self.balances.candidates[name].effect.is_one_of
-        return len(self._where[name]) if exclude else 1
-
-    def _kind(self, name: str) -> npt.NDArray[np.bool_]:
-        """The likeliest kind of an effect alone, as `_kinds`."""
-        if name not in self.likeliest:
-            kinds, index = self._kinds((name,)), self._where[name]
-            evidence = [self._fitted(index, kind)[0] for kind in kinds] if len(kinds) > 1 else [0.0]
-            self.likeliest[name] = kinds[int(np.argmax(evidence))]
-        return self.likeliest[name]
-
-    def _fitted(
-        self, index: npt.NDArray[np.int64], kind: npt.NDArray[np.bool_]
-    ) -> tuple[float, Array, Array]:
-        """Evidence, mean and covariance, in expected sizes, of numbers of which those of a kind may
-        be other than 0.
-        """
+        index = self._index(names)
         scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
-        free = self._free(scaled, index, kind)
+        free = self._free(scaled, index)
         inside, gradient = scaled[np.ix_(free, free)], self.gradient[index[free]]
         inverse: Array = np.asarray(np.linalg.inv(inside), dtype=np.float64)
-        factor = _evidence(inside, gradient)
+        size = np.linalg.slogdet(inside)[1]
+        factor = 0.5 * float(gradient @ inverse @ gradient) - 0.5 * float(size)
         mean, covariance = np.zeros(len(index)), np.diag(1.0 / np.diag(scaled))
         mean[free], covariance[np.ix_(free, free)] = inverse @ gradient, inverse
         spread, matters, least = (
@@ -150,48 +110,56 @@ class Ledger:
         )
         for k in np.flatnonzero(free & (np.isfinite(least) | (matters > 0.0))):
             factor += log_gained(mean[k], spread[k], matters[k], least[k])
-        return factor, mean, covariance
+        factor -= sum(self._price[n] for n in names)
+        width = self._width[index]
+        whole = covariance * np.outer(width, width)
+        return Hypothesis(names, factor, width * mean, whole, self._apart(names))
 
-    def _free(
-        self, scaled: Array, index: npt.NDArray[np.int64], kind: npt.NDArray[np.bool_]
-    ) -> npt.NDArray[np.bool_]:
-        """(k,) which of a set's numbers of a kind are not held at 0, below which they cannot be."""
-        free, positive = kind.copy(), kind & (self._least[index] == 0.0)
+    def _free(self, scaled: Array, index: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        """(k,) which of a set's numbers are not held at 0, below which they cannot be."""
+        free, positive = np.ones(len(index), dtype=bool), self._least[index] == 0.0
         while positive.any():
             inverse = np.linalg.inv(scaled[np.ix_(free, free)])
             sure = np.zeros(len(index))
             sure[free] = (inverse @ self.gradient[index[free]]) / np.sqrt(np.diag(inverse))
             worst = int(np.argmin(np.where(positive, sure, 0.0)))
-            if not (positive & free)[worst] or sure[worst] >= -SURELY_BELOW or free.sum() == 1:
+            if not positive[worst] or sure[worst] >= -SURELY_BELOW or free.sum() == 1:
                 break
             free[worst] = False
         return free
 
     def foreseen(self, names: tuple[str, ...]) -> float:
-        """By how much a set predicts each part of the recording, as far as the other parts tell its
-        numbers, better than a sound machine does: ln of the ratio of likelihoods.
+        """By how much a set predicts each part of the recording, its numbers learnt from the other
+        parts alone, better than a sound machine does: ln of the ratio of likelihoods.
         """
-        if not names:
-            return 0.0
         index = self._index(names)
-        kind = np.concatenate([self._kind(name) for name in names])
         scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
-        index = index[self._free(scaled, index, kind)]
+        index = index[self._free(scaled, index)]
         whole = self._information[np.ix_(index, index)] + np.eye(len(index))
-        gradient = self.gradient[index]
-        told = _evidence(whole, gradient)
-        rest = (
-            _evidence(
-                whole - self._part_information[k][np.ix_(index, index)],
-                gradient - self._part_gradient[k, index],
-            )
-            for k in range(PARTS)
-        )
-        return float(sum(told - without for without in rest))
+        total = 0.0
+        for k in range(PARTS):
+            inside = self._part_information[k][np.ix_(index, index)]
+            slope = self._part_gradient[k, index]
+            mean = np.linalg.solve(whole - inside, self.gradient[index] - slope)
+            total += float(slope @ mean - 0.5 * mean @ inside @ mean)
+        return total
+
+    def is_course(self, name: str) -> bool:
+        """Whether an effect has a course in time, one of its own in each part of a recording: a
+        foot that slips, or something unexplained.
+        """
+        return len(self._where[name]) > MOST_NUMBERS
 
     def _held(self, one: Hypothesis) -> Hypothesis:
-        """A hypothesis whose evidence is at most what it foresees of parts that are kept back."""
-        return replace(one, log_factor=min(one.log_factor, self.foreseen(one.names)))
+        """A hypothesis whose evidence is at most what it foresees of parts that are kept back,
+        beside that of its courses in time, which no other part can foretell.
+        """
+        courses = tuple(name for name in one.names if self.is_course(name))
+        if courses == one.names:
+            return one
+        seen = self.hypothesis(courses).log_factor
+        foreseen = seen + self.foreseen(one.names) - self.foreseen(courses)
+        return replace(one, log_factor=min(one.log_factor, foreseen))
 
     def _apart(self, names: tuple[str, ...]) -> bool:
         groups = self.balances.groups.values()
@@ -202,7 +170,6 @@ class Ledger:
         after the other's, as they are in their own units.
         """
         out = copy.copy(self)
-        out.likeliest = {}
         index = self._index(names)
         out.gradient = self._information[:, index] @ (numbers / self._width[index])
         return out
@@ -246,24 +213,6 @@ class Ledger:
         sizes = [len(self.balances.candidates[n].signature) for n in names]
         courses = min(sizes) > MOST_NUMBERS and len({kind_of(n) for n in names}) == 1
         return courses or any(is_unexplained(n) for n in names)
-
-
-def _mattering(candidate: Candidate) -> Array:
-    """(k,) below which share of what they may be expected to be its numbers are none to look
-    for.
-    """
-    effect, size = candidate.effect, len(candidate.signature)
-    least = MATTERS if effect.is_one_of or size == 1 else 0.0
-    return np.array([MATTERS if number == effect.main else least for number in candidate.signature])
-
-
-def _evidence(inside: Array, gradient: Array) -> float:
-    """Ln of the Bayes factor of numbers (k,) of prior size 1: by their gradient (k,), and their
-    information (k, k) with that of the prior.
-    """
-    return float(
-        0.5 * gradient @ np.linalg.solve(inside, gradient) - 0.5 * np.linalg.slogdet(inside)[1]
-    )
 
 
 def _parts(time_s: Array) -> npt.NDArray[np.intp]:

@@ -52,7 +52,6 @@ SPOOL_OFF = 0.002
 """The spool's place is known to this share of its travel: play, amplifier (E)."""
 PRESSURE_OFF_PA = 1.5e5
 """A pressure drop across an edge is known to this: sensors, lines, a swing within a bin (E)."""
-USUAL_LATE_S = 0.05  # of a late reading (E)
 HOSE_M3_PA = 3.0e-13
 """What hoses of any machine may take up, by each time in which they fill (E)."""
 SOUND_LEAK_M3_S_PA = 1.0e-13
@@ -128,7 +127,7 @@ class Oil:
     """
     play_m: Array
     by_lateness: Array
-    """By a sensor that reads late, by each second of it."""
+    """By a sensor that reads 1 s late, were pressures to go on as they do."""
     by_edge_leak: Array
     """(n, 2, 2) by 1 m3/(s Pa) of the edge from the supply and of that to the tank."""
 
@@ -192,9 +191,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     widened = rise * (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)
     missing = missing - swept - compressed - widened
     by_reading = (over[0] + over[1] - supplied - drained) / READING_STEP_PA
-    ahead = np.column_stack([bins.pressure_a_ahead[:, i], bins.pressure_b_ahead[:, i]])
-    quickens = np.column_stack([bins.pressure_a_quickens[:, i], bins.pressure_b_quickens[:, i]])
-    late_flow = _taken_up(axis, volume, p) * quickens - by_reading * ahead
+    quickens = np.gradient(rise, bins.time_s, axis=0)
     return Oil(
         pressure_pa=p,
         missing=missing,
@@ -204,7 +201,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
         by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
         by_reading=by_reading,
-        by_lateness=_beyond_hunting(late_flow, machine.scale.times("m3/s")),
+        by_lateness=_taken_up(axis, volume, p) * quickens - by_reading * rise,
         compressed=np.abs(compressed),
         void=np.clip(1.0 - (p - VOID_PA) / FULL_PA, 0.0, 1.0),
         by_deadband=-(wider[0] + wider[1] - supplied - drained) / STEP,
@@ -231,13 +228,6 @@ def _past_holding(valve: Valve, edge: Array, supplied: Array, drained: Array) ->
             enters = supplied[:, k] + edge[:, k] @ leaks[k] > 0.0
             out[:, k] *= (enters | (drained[:, k] < 0.0))[:, None]
     return out
-
-
-def _beyond_hunting(by_lateness: Array, flows: float) -> Array:
-    """What is missing by a late reading where a usual one is above the flows' noise: below it
-    control answers the encoder's counts, and pressures seem to follow them.
-    """
-    return np.where(USUAL_LATE_S * np.abs(by_lateness) > flows * WHITE_M3_S, by_lateness, 0.0)
 
 
 def _taken_up(axis: Axis, volume_m3: Array, pressure_pa: Array) -> Array:

@@ -44,8 +44,7 @@ def found_in(balances: Balances, chosen: Hypothesis, width: float) -> tuple[Foun
         size = len(candidate.signature)
         own = slice(first, first + size)
         first += size
-        inside = chosen.covariance[own, own] * width**2
-        covariance = inside + np.diag((candidate.effect.linear_to * chosen.mean[own]) ** 2)
+        covariance = chosen.covariance[own, own] * width**2
         out.append(_found(balances, candidate, chosen.mean[own], covariance))
     return tuple(out)
 

@@ -17,10 +17,8 @@ explains but a share `form` of what the first one does: at one place (`form_here
 looks like one. Probabilities go as exp(score). The sets of names divide theirs as
 exp(share_named lead + second): beside each other signatures are wrong by more than a sound machine
 is. A kind of effect is as likely as another, so one that has many places is less likely at each.
-What sound machines reach (`sound`) is known for each kind and joint (`sort_of`), and so is how far
-some of them go beyond (`tail`, its mean): some signatures look like what the model itself is wrong
-about, others like nothing. Against a sound machine `lead` and `gain` count in tails; beside each
-other the names of a recording are held by ln B itself. What errors of any course at
+What sound machines reach (`sound`) is known for each kind and joint (`sort_of`): some signatures
+look like what the model itself is wrong about, others like nothing. What errors of any course at
 its places explain beyond a set and LAW of it counts against it (`rest`). Errors of any course in
 time fit what is wrong with the model itself, too: their evidence counts by less (share'). Sets that
 hold what no name covers, or a tolerance of any workshop far beyond its size, count as `unnamed`,
@@ -50,8 +48,6 @@ FILE = Path(__file__).with_name("calibration.yaml")
 Array = npt.NDArray[np.float64]
 Names = tuple[str, ...]
 NO_NAME: Names = (UNNAMED,)
-ANY = "any"
-"""The tail of a sort of which no sound machine has shown any."""
 LAW = 0.1
 """Errors of any course may explain so much more than a true effect does, share of its evidence: no
 law holds to the letter (E).
@@ -95,15 +91,12 @@ class Weighed:
     names: tuple[Names, ...]
     """NO_NAME for all that have none."""
     lead: Array
-    """Evidence for the stronger effect alone, beyond what sound machines reach; `tails`: the same
-    in tails of its sort.
-    """
-    tails: Array
+    """Evidence for the stronger effect alone, beyond what sound machines reach."""
     gain: Array
-    """What the other of two adds to it, in tails; 0 for one effect."""
+    """What the other of two adds to it, likewise; 0 for one effect."""
     here: Array
-    """Evidence for the stronger of two at one place, of whose law's error the other may be made, in
-    tails of the other's; `elsewhere`: of two at two places that some balance shows both.
+    """Evidence for the stronger of two at one place, of whose law's error the other may be made;
+    `elsewhere`: of two at two places that some balance shows both.
     """
     elsewhere: Array
     left: Array
@@ -121,14 +114,14 @@ class Weighed:
 
     @classmethod
     def of(cls, signs: RobotSigns, numbers: Mapping[str, Any]) -> Weighed:
-        """Beyond what the numbers `sound` and `tail` have for each sort."""
+        """Beyond what the number `sound` has for each sort."""
         alone = {names[0]: factor for names, factor in signs.sets if len(names) == 1}
         rows = [
-            _weighed(names, factor, alone, numbers, names in signs.apart)
+            _weighed(names, factor, alone, numbers["sound"], names in signs.apart)
             for names, factor in signs.sets
         ]
         told = tuple(NO_NAME if not has_names(names) else names for names, _ in signs.sets)
-        return cls(told, *np.array(rows, dtype=np.float64).reshape(-1, 10).T)
+        return cls(told, *np.array(rows, dtype=np.float64).reshape(-1, 9).T)
 
     def scores(self, numbers: Mapping[str, Any]) -> Array:
         """(k,) against a sound machine's 0."""
@@ -138,7 +131,7 @@ class Weighed:
         bent = numbers["form_here"] * self.here + numbers["form"] * self.elsewhere
         added = tempered(self.gain - bent, numbers["much"])
         beside = self.two * (numbers["share_second"] * added - numbers["two"]) - rest
-        out = np.asarray(share * tempered(self.tails, numbers["much"]) + beside - price)
+        out = np.asarray(share * tempered(self.lead, numbers["much"]) + beside - price)
         named = self.unnamed == 0.0
         if named.any():
             rivals = (numbers["share_named"] * self.lead + beside - self.places)[named]
@@ -163,24 +156,20 @@ def _weighed(
     names: Names,
     factor: float,
     alone: Mapping[str, float],
-    numbers: Mapping[str, Any],
+    sound: Mapping[str, float],
     apart: bool,
 ) -> tuple[float, ...]:
     """A row of Weighed."""
-    sound, beyond = numbers["sound"], numbers["tail"]
     reach = {name: sound.get(sort_of(name), 0.0) for name in names}
-    tail = {name: beyond.get(sort_of(name), beyond[ANY]) for name in names}
     two = len(names) == 2
     first = max(names, key=lambda name: alone.get(name, 0.0)) if two else names[0]
     strong = max(alone.get(first, 0.0), 0.0) if two else factor
     one_place = len({place_of(name) for name in names}) == 1
-    other = next((name for name in names if name != first), first)
     return (
         strong - reach[first],
-        (strong - reach[first]) / tail[first],
-        (factor - strong - reach[other]) / tail[other] if two else 0.0,
-        strong / tail[other] if two and one_place else 0.0,
-        strong / tail[other] if two and not one_place and not apart else 0.0,
+        factor - strong - sum(reach[name] for name in names if name != first) if two else 0.0,
+        strong if two and one_place else 0.0,
+        strong if two and not one_place and not apart else 0.0,
         _left_at_its_places(names, factor, alone),
         two,
         not has_names(names),
