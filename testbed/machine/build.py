@@ -14,6 +14,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from testbed import resources
 from testbed.errors import InputError
 from testbed.machine.folder import NUMBERS, bodies_of_folder, drawing_board, own_numbers
@@ -101,7 +103,9 @@ def _shared(changes: Changes) -> dict[str, Any]:
         alike.setdefault(shared_path(path) or path, []).append(path)
     for shared, paths in alike.items():
         first = changes[paths[0]]
-        if len(paths) == 4 and all(abs(changes[path] - first) <= ALIKE for path in paths):
+        if len(paths) == 4 and all(
+            np.allclose(changes[path], first, rtol=0.0, atol=ALIKE) for path in paths
+        ):
             out[shared] = first
         else:
             out |= {path: changes[path] for path in paths}

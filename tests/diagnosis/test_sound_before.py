@@ -17,7 +17,7 @@ from testbed.recording.leg_model import Parameter
 from testbed.recording.robot_model import RobotModelFile, write_robot_model
 from testbed.workflows.diagnose import Wanted, diagnose_folder, diagnose_recordings
 
-FAINT = 9030
+FAINT = 8192
 """A run whose load on the body is too little for a machine that knows its drawing alone."""
 
 

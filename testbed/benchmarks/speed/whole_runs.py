@@ -71,7 +71,7 @@ def _speed(name: str, step: Callable[[], Any]) -> dict[str, Any]:
 def _timed(name: str, folder: Path, *options: str) -> tuple[float, float]:
     """Seconds on the wall, and of all processors, of `testbed run`, which keeps all in `folder`."""
     env = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
-    out = folder / "run"
+    out = folder / ("warm" if options else "run")
     before, start = os.times(), time.perf_counter()
     done = subprocess.run(
         [sys.executable, "-m", "testbed", "run", name, "--out", str(out), *options],

@@ -32,7 +32,7 @@ def bare(monkeypatch: pytest.MonkeyPatch) -> _Bare:
 
 def _stands_for_testbed(monkeypatch: pytest.MonkeyPatch, reports: bool) -> None:
     def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
-        out = Path(words[-1])
+        out = Path(words[words.index("--out") + 1])
         out.mkdir()
         if reports:
             (out / "report.html").write_text("a page")
