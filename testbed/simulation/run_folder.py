@@ -166,7 +166,7 @@ class RunFolder:
         copies = not simulation.has_window
         self._album = None
         if pictures:
-            self._album = Album(folder, simulation, scenario.duration_s, copies=copies)
+            self._album = Album(folder, simulation.machine, scenario.duration_s, copies=copies)
         self._recorder = RunRecorder(folder, *self._columns, meta)
         self._rows_a_part = max(scenario.rates.record_hz, LEAST_ROWS_A_PART)
         self._waiting: list[tuple[Array, Array]] = []

@@ -118,6 +118,16 @@ class Assembled:
 
         return picture(self, width, height)
 
+    def seen(self) -> NDArray[Any]:
+        """All that a picture shows now, for `show`."""
+        return self.boards.copy()
+
+    def show(self, seen: NDArray[Any]) -> None:
+        """Put everything as it was `seen`, for pictures: no step goes on from there."""
+        from testbed.world.scene import show
+
+        show(self, seen)
+
 
 def assemble(
     scenario: Scenario,

@@ -29,7 +29,7 @@ from testbed.recording.rows import DataRow
 from testbed.scenario.events import LiftFoot, SetRope
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
-from testbed.world import scene, sensing
+from testbed.world import sensing
 from testbed.world.assembly import Assembled, assemble
 from testbed.world.compiled_step import (
     CONTROL,
@@ -390,14 +390,6 @@ class Simulation:
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:
         """The robot on its ground with ropes and drill rod, (height, width, 3)."""
         return self.machine.picture(width, height)
-
-    def seen(self) -> NDArray[Any]:
-        """All that a picture shows now, for `show`."""
-        return self.machine.boards.copy()
-
-    def show(self, seen: NDArray[Any]) -> None:
-        """Put everything as it was `seen`, for pictures: no step goes on from there."""
-        scene.show(self.machine, seen)
 
     def close(self) -> None:
         """Give the engine back."""
