@@ -120,11 +120,11 @@ def test_what_was_seen_is_shown_again(tmp_path: Path) -> None:
     world = Simulation(scenario)
     try:
         world.run_block(1000)
-        then, picture = world.seen(), world.picture(240, 160)
+        then, picture = world.machine.seen(), world.picture(240, 160)
         world.machine.board.ropes[0].whole = False
         world.run_block(1500)
         assert (world.picture(240, 160) != picture).any()
-        world.show(then)
+        world.machine.show(then)
         assert (world.picture(240, 160) == picture).all()
     finally:
         world.close()
