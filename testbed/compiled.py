@@ -13,7 +13,9 @@ import hashlib
 import os
 import re
 import shutil
+import stat
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -37,9 +39,32 @@ _IMPORT = re.compile(
 
 
 def caches() -> Path:
-    """Where the folders of all states of the sources are."""
+    """Where the folders of all states of the sources are: below the user's cache, or where nobody
+    may write there, in a folder of the user's own among temporary files.
+    """
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return home / "roboclimber-testbed" / "compiled"
+    usual = home / "roboclimber-testbed" / "compiled"
+    if _takes_files(usual):
+        return usual
+    own = Path(tempfile.gettempdir()) / f"roboclimber-testbed-{os.getuid()}"
+    return own if _is_private(own) else usual
+
+
+def _takes_files(folder: Path) -> bool:
+    with suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        return os.access(folder, os.W_OK)
+    return False
+
+
+def _is_private(folder: Path) -> bool:
+    """Whether nobody else can have put code into it, for what lies in a cache is run."""
+    with suppress(OSError):
+        folder.mkdir(mode=stat.S_IRWXU, exist_ok=True)
+        found = folder.lstat()
+        shut = stat.S_IMODE(found.st_mode) & (stat.S_IRWXG | stat.S_IRWXO) == 0
+        return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and shut
+    return False
 
 
 def _file_of(module: str) -> Path | None:
@@ -129,6 +154,11 @@ def is_cached(function: Any) -> bool:
     folder = cache_folder(_path_of(function.py_func))
     name = function.py_func.__name__
     return folder is not None and any(folder.rglob(f"*.{name}-*.nbc"))
+
+
+def can_cache(function: Any) -> bool:
+    """Whether what is compiled of a function can be kept for the next start."""
+    return cache_folder(_path_of(function.py_func)) is not None
 
 
 @contextmanager

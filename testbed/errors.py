@@ -105,13 +105,25 @@ OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 """No space, no quota, a file that may not grow, a disk that is only read."""
 
 
+def printable(text: str) -> str:
+    r"""A text of unknown origin as a terminal may have it: whatever would command the terminal, or
+    turn the direction of reading, is spelt out (`\x1b`); lines and tabs stay.
+    """
+    if text.isprintable():
+        return text
+    return "".join(one if one.isprintable() or one in "\n\t" else repr(one)[1:-1] for one in text)
+
+
 def disk_refusal(error: BaseException) -> InputError | None:
     """What an error says of a disk that does not take what is written, wherever that was; None: it
     is another error.
     """
     if not (isinstance(error, OSError) and error.errno in OF_THE_DISK):
         return None
-    place = error.filename or "a file of the testbed's own (its cache, or a temporary one)"
+    place = (
+        error.filename
+        or "standard output, or a file of the testbed's own (its cache, a temporary one)"
+    )
     return InputError(f"cannot be written: {error.strerror}", file=place)
 
 

@@ -27,7 +27,9 @@ print(float(x[-1]), float(again[-1]), *(sum(loop.stats.cache_hits.values()) for 
 
 
 def _use(home: Path) -> list[str]:
-    environment = os.environ | {"XDG_CACHE_HOME": str(home)}
+    temporary = home.with_name("temporary")
+    temporary.mkdir(exist_ok=True)
+    environment = os.environ | {"XDG_CACHE_HOME": str(home), "TMPDIR": str(temporary)}
     command = [sys.executable, "-c", USE]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     return done.stdout.split()
@@ -41,9 +43,32 @@ def test_a_second_process_loads_what_the_first_compiled_each_loop_its_own(tmp_pa
 
 
 @pytest.mark.slow
-def test_a_home_that_cannot_be_written_to_only_costs_time(tmp_path: Path) -> None:
+def test_where_the_home_cannot_be_written_to_temporary_files_serve(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     assert _use(tmp_path / "file")[2:] == ["0", "0"]
+    assert _use(tmp_path / "file")[2:] == ["1", "1"]
+
+
+@pytest.mark.parametrize("spoilt", ["open to others", "a link", "a file"])
+def test_a_temporary_folder_that_others_may_have_filled_is_not_used(
+    spoilt: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    own = tmp_path / f"roboclimber-testbed-{os.getuid()}"
+    assert compiled.caches() == own
+    own.rmdir()
+    if spoilt == "a file":
+        own.write_text("")
+    elif spoilt == "a link":
+        (tmp_path / "theirs").mkdir()
+        own.symlink_to(tmp_path / "theirs")
+    else:
+        own.mkdir()
+        own.chmod(0o777)
+    assert compiled.caches() != own
+    assert compiled.cache_folder.__wrapped__(Path(__file__)) is None
 
 
 def test_a_home_on_a_full_disk_only_costs_time(

@@ -108,6 +108,9 @@ def main() -> None:
     of ours, 130 interrupted.
     """
     debug = "--debug" in sys.argv
+    for stream in ("stdout", "stderr"):  # closed by who called it: what is said goes nowhere
+        if getattr(sys, stream) is None:
+            setattr(sys, stream, open(os.devnull, "w"))  # noqa: SIM115  (as long as the process)
     os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")  # Arrow's own keeps what it took
     arguments = [a for a in sys.argv[1:] if a != "--debug"] or ["--help"]
     try:
@@ -128,7 +131,7 @@ def main() -> None:
 
 def _report(error: Exception) -> int:
     """One line on standard error; returns the exit status."""
-    from testbed.errors import InputError, SimulationFault, disk_refusal
+    from testbed.errors import InputError, SimulationFault, disk_refusal, printable
 
     error = disk_refusal(error) or error
     if isinstance(error, InputError):
@@ -140,5 +143,5 @@ def _report(error: Exception) -> int:
     else:
         line = f"a fault of ours: {type(error).__name__}: {error} (--debug shows where)"
         status = 1
-    print("testbed:", " ".join(line.split()), file=sys.stderr)
+    print("testbed:", printable(" ".join(line.split())), file=sys.stderr)
     return status

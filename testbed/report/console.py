@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from testbed.errors import printable
 from testbed.report.page import method_name
 
 if TYPE_CHECKING:
@@ -26,14 +27,17 @@ def print_json(value: object) -> None:
     """One JSON value on standard output."""
     from testbed.formats.files import plain
 
-    print(json.dumps(plain(value), indent=2, ensure_ascii=False))
+    text = json.dumps(plain(value), indent=2, ensure_ascii=False)
+    if text != printable(text):
+        text = json.dumps(plain(value), indent=2)
+    print(text)
 
 
 def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """A table on standard output: aligned for people, tab-separated when piped."""
     if not sys.stdout.isatty():
         for row in [heads, *rows]:
-            print("\t".join(row))
+            print(printable("\t".join(row)))
         return
     from rich.console import Console
     from rich.table import Table
@@ -42,7 +46,7 @@ def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]])
     for head in heads:
         table.add_column(head, overflow="fold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(printable, row))
     Console(markup=False, highlight=False).print(table)
 
 
@@ -58,7 +62,7 @@ def answer(as_json: bool, tree: object, *shown: Any) -> None:
         if isinstance(part, tuple):
             print_table(*part)
         else:
-            print(part)
+            print(printable(str(part)))
 
 
 def parameters_shown(leaves: Iterable[tuple[str, Quantity]]) -> list[Any]:
@@ -224,12 +228,11 @@ def print_run(summary: Mapping[str, Any], folder: Path, report: Path, as_json: b
         return
     rows = list(summary_rows(summary))
     width = max(len(name) for name, _ in rows)
-    print(f"{summary['scenario']}, seed {summary['seed']}")
-    for name, value in rows:
-        print(f"  {name:<{width}}  {value}")
+    lines = [f"{summary['scenario']}, seed {summary['seed']}"]
+    lines += [f"  {name:<{width}}  {value}" for name, value in rows]
     if summary.get("interrupted"):
-        print(f"Interrupted: what was recorded is readable in {folder}")
-    print(f"Report: {report}")
+        lines.append(f"Interrupted: what was recorded is readable in {folder}")
+    print(printable("\n".join([*lines, f"Report: {report}"])))
 
 
 def print_checked(result: Checked, as_json: bool) -> None:

@@ -19,7 +19,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from testbed.compiled import caches, is_cached
+from testbed.compiled import caches, can_cache, is_cached
 from testbed.estimation.live.chain import ChainBelief, ChainState, step_chain
 from testbed.estimation.live.whole_body import balance
 from testbed.formats.records import Record
@@ -106,6 +106,10 @@ def compile_apart() -> None:
         return
     with _turn():
         if is_cached(between_steps):  # by the process that had its turn before
+            return
+        if not can_cache(between_steps):
+            say = "testbed: nothing can be cached, so every start compiles for some minutes ..."
+            print(say, file=sys.stderr, flush=True)
             return
         say = "testbed: the first start compiles the simulation, half a minute once ..."
         print(say, file=sys.stderr, flush=True)

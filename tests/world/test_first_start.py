@@ -107,6 +107,15 @@ def test_every_family_is_compiled_in_one_round_and_the_step_after_the_others(
     assert capsys.readouterr().err.count("first start") == 1
 
 
+def test_where_nothing_can_be_cached_no_child_compiles_in_vain(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], no_child: Path
+) -> None:
+    monkeypatch.setattr(first_start, "is_cached", lambda _: False)
+    monkeypatch.setattr(first_start, "can_cache", lambda _: False)
+    first_start.compile_apart()
+    assert "every start compiles" in capsys.readouterr().err
+
+
 def test_a_turn_ends_with_its_process_or_its_fault(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
