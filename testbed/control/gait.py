@@ -22,10 +22,6 @@ from testbed.recording.rows import DataRow
 from testbed.robot.model import RobotModel
 from testbed.robot.robot import LegKinematics, Robot
 
-# What control wants of the machine during one tick: a value that nobody changes afterwards.
-#
-# A gait returns one, layers make another of it, and the loop alone turns it into moving set points.
-
 REST_1_S = 1.0e-7
 """A set point that moves slower than this, rad/s or m/s, rests: the valve loop may close its
 valve.
@@ -34,10 +30,11 @@ valve.
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Command:
-    """Set points, ropes, stance and drill for the tick from t to t + dt. Arrays are copied and
-    cannot be written to.
+    """What control wants of the machine during the tick from t to t + dt: set points, ropes, stance
+    and drill. A value that nobody changes afterwards; arrays are copied and cannot be written to.
 
-    Returning the same object again says that nothing has changed.
+    A gait returns one, layers make another of it, and the loop alone turns it into moving set
+    points. Returning the same object again says that nothing has changed.
     """
 
     joints: Array
@@ -117,17 +114,13 @@ def _frozen(values: ArrayLike, kind: type = np.float64) -> NDArray[np.generic]:
     return out
 
 
-# What control may look at: one tick's row of readings, estimates and control's own last orders, by
-# name.
-#
-# The names are those of the recording (recording/rows.py), so that whatever runs live runs over a
-# recording as well.
-
-
 class Measured:
-    """One row of data: a copy that stays as it is when the next tick comes.
+    """What control may look at: one tick's row of readings, estimates and control's own last
+    orders, by name; a copy that stays as it is when the next tick comes.
 
-    Every field of DataRow is an attribute; declared here are those that are asked for most.
+    The names are those of the recording (recording/rows.py), so that whatever runs live runs over
+    a recording as well. Every field of DataRow is an attribute; declared here are those that are
+    asked for most.
     """
 
     __slots__ = ("_row",)

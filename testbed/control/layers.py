@@ -1,10 +1,5 @@
 """What is laid over any gait: trims, shifts and orders, the mast's balance, the supervisor. Each is
 a function of the inner command.
-
-Trim: set points moved by hand, offsets on the vertical joints and wanted rope pulls.
-
-The offsets follow their goals at a limited speed; the traction devices haul or pay out in
-proportion to what a rope's measured tension lacks of its wanted pull.
 """
 
 from __future__ import annotations
@@ -62,7 +57,11 @@ def haul(tension_n: Any, wanted_n: Any, by: Hauling, rates: Any) -> None:
 
 
 class Trim:
-    """A Layer; see the module's docstring."""
+    """Set points moved by hand: offsets on the vertical joints and wanted rope pulls.
+
+    The offsets follow their goals at a limited speed; the traction devices haul or pay out in
+    proportion to what a rope's measured tension lacks of its wanted pull. A Layer.
+    """
 
     def __init__(self, scale: Scale = ROBOCLIMBER) -> None:
         self._hauling, self._offset_m_s = hauling(scale), scale.speed * OFFSET_SPEED_M_S
@@ -84,19 +83,21 @@ class Trim:
         return command.moved(along_vertical(self._offset), along_vertical(step / dt))
 
 
-# The body moved along the slope over its feet, laid over a gait: what a force that the feet cannot
-# bear may take of the legs instead of dragging the feet.
-#
-# The shift follows its goal at a limited speed. Set points move by what the legs' geometry asks for
-# at the posture in which the layer began, good to some millimetres within a decimetre.
-
 SHIFT_SPEED_M_S = 0.2
 """Fastest shift of ROBOCLIMBER (E): what the joints do of it is up to their valves."""
 _EACH = len(AXES) // len(LEGS)
 
 
 class Shift:
-    """A Layer; see the module's docstring."""
+    """The body moved along the slope over its feet, laid over a gait: what a force that the
+    feet cannot bear may take of the legs instead of dragging the feet.
+
+    The shift follows its goal at a limited speed. Set points move by what the legs' geometry
+    asks for at the posture in which the layer began, good to some millimetres within a
+    decimetre.
+
+    A Layer.
+    """
 
     def __init__(self, model: RobotModel, scale: Scale = ROBOCLIMBER) -> None:
         self._model, self._fastest_m_s = model, scale.speed * SHIFT_SPEED_M_S
@@ -130,12 +131,12 @@ def joints_a_metre(model: RobotModel, position: Array) -> Array:
     return moves
 
 
-# What somebody orders by hand: speeds of the ropes, the drill's feed and the hammer's share, laid
-# over a gait.
-
-
 class Orders:
-    """A Layer; see the module's docstring."""
+    """What somebody orders by hand: speeds of the ropes, the drill's feed and the hammer's
+    share, laid over a gait.
+
+    A Layer.
+    """
 
     def __init__(self) -> None:
         self.rope_rates_m_s: Array = np.zeros(len(SIDES))
@@ -157,16 +158,6 @@ class Orders:
         )
 
 
-# Keeps the mast at right angles to the slope: the vertical joints turn the body back to where it
-# stood at first.
-#
-#     d extension / dt = gain (turn_y x - turn_x y),  x, y: where the foot stands in the body frame
-#
-# The tilt is the turn from the mean attitude of the first second, when the body lies parallel to
-# the mean slope, about the body's own axes: on a steep slope a turn about its normal changes the
-# roll angle, but tilts nothing. The four heights move as one plane: nothing is squeezed, no load
-# goes from one diagonal to the other.
-
 LEARN_S = 1.0
 """The attitude at the start is the mean over this time (E)."""
 SMOOTH_S = 0.4
@@ -180,7 +171,17 @@ MOST_M = 0.08
 
 
 class KeepMast:
-    """A Layer that adds the mast's heights to the vertical joints. `feet_in_body` (4, 3) at the
+    """Keeps the mast at right angles to the slope: the vertical joints turn the body back to
+    where it stood at first.
+
+        d extension / dt = gain (turn_y x - turn_x y),  x, y: where the foot stands (body frame)
+
+    The tilt is the turn from the mean attitude of the first second, when the body lies
+    parallel to the mean slope, about the body's own axes: on a steep slope a turn about its
+    normal changes the roll angle, but tilts nothing. The four heights move as one plane:
+    nothing is squeezed, no load goes from one diagonal to the other.
+
+    A Layer that adds the mast's heights to the vertical joints. `feet_in_body` (4, 3) at the
     start, m.
     """
 
@@ -226,14 +227,6 @@ class KeepMast:
         return np.asarray(rate)
 
 
-# Watches the contact states: a foot that has lost its load stops the drill and is lowered until it
-# carries again.
-#
-# The drill waits while any foot that is meant to carry has lost its load, and for a moment
-# afterwards. Most feet are back once the thrust is gone; one that is not is lowered, slowly and one
-# at a time: through oil of 20 MN/m a millimetre too much takes 20 kN off its neighbours. What a
-# foot was lowered stays. It sees the detector's contact states and the inner command alone.
-
 LOWER_M_S = 0.003
 """Speed at which a lost foot is lowered (E)."""
 PATIENCE_S = 0.2
@@ -245,7 +238,17 @@ CALM_S = 0.5
 
 
 class Supervisor:
-    """A Layer; see the module's docstring. `stops` counts how often the drill was made to wait."""
+    """Watches the contact states: a foot that has lost its load stops the drill and is
+    lowered until it carries again.
+
+    The drill waits while any foot that is meant to carry has lost its load, and for a moment
+    afterwards. Most feet are back once the thrust is gone; one that is not is lowered, slowly
+    and one at a time: through oil of 20 MN/m a millimetre too much takes 20 kN off its
+    neighbours. What a foot was lowered stays. It sees the detector's contact states and the
+    inner command alone.
+
+    `stops` counts how often the drill was made to wait. A Layer.
+    """
 
     def __init__(self) -> None:
         self.stops = 0

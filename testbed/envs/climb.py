@@ -45,12 +45,6 @@ class ClimbEnv(RoboclimberEnv):
         return {"way": float(truth.way_in_world_m @ self._up_in_world), **kept}
 
 
-# Climbing by decisions of the gait: before every group of swings the agent says how far, how high,
-# how fast, how tight.
-#
-# A step lasts as long as the group of swings does, some ten seconds. Metres are paid; time, energy,
-# lost and slipped feet cost. No action is the shipped crawl.
-
 STRIDE_M = 0.15
 """By how much an action of 1 lengthens the task's stride."""
 HEIGHT_M = 0.03
@@ -65,8 +59,13 @@ SLIP = Term("slip", "further slip of the foot that slipped most", "m", -100.0)
 
 
 class ClimbStepsEnv(RoboclimberEnv):
-    """`Roboclimber/Climb-v1`: climb far, fast and with little energy by decisions of the gait, one
-    a group of swings.
+    """Climbing by decisions of the gait: before every group of swings the agent says how far,
+    how high, how fast, how tight.
+
+    A step lasts as long as the group of swings does, some ten seconds. Metres are paid; time,
+    energy, lost and slipped feet cost. No action is the shipped crawl.
+
+    `Roboclimber/Climb-v1`.
     """
 
     table = CLIMB_TABLE

@@ -173,8 +173,8 @@ class Hauling:
 
 
 class Secure(Hauling):
-    """The same, and pulls so that the feet can hold what comes when either rope parts; see the
-    module's docstring.
+    """The same, and pulls so that the feet can hold what comes when either rope parts: see
+    above for how much that is.
     """
 
     def __init__(
@@ -209,7 +209,7 @@ class Secure(Hauling):
 
 class Yielding(Secure):
     """The same, and gives way with its legs as far as the rope that is left has still to be
-    stretched; see the module's docstring.
+    stretched: see above for how it predicts that.
     """
 
     def __init__(
@@ -348,7 +348,9 @@ class Stance:
 
 
 class Adaptive:
-    """See the module's docstring."""
+    """Infers from feed and rate how much energy the rock takes, and presses as hard as is best for
+    that.
+    """
 
     def __init__(self, drill: Drill, share: float = 0.6, most: float = 0.8) -> None:
         self._drill = drill

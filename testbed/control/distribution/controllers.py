@@ -19,15 +19,6 @@ from testbed.formats.networks import read_network
 from testbed.formats.sockets import FORM, is_user_class, load_object
 from testbed.robot.robot import Robot
 
-# Sharing for drilling: keep every foot loaded against the thrust that is and the thrust that may
-# come.
-#
-# The program of quadratic.py with what a surge of the thrust takes off each foot: with SURGE_N more
-# of it the friction used is still the least. What the thrust takes off a foot follows from four
-# equally stiff legs, d n / d thrust = -N^+ wrench. The drill's true reaction is not the ordered one
-# (blows, rods, a wrong payload): the sum of the estimated loads says how much is missing, and a
-# slow observer adds that to the thrust.
-
 SURGE_N = 1500.0
 """Thrust that may come on top without warning: the peak of a blow's reaction (E)."""
 OBSERVER_SHARE = 0.01
@@ -37,7 +28,15 @@ OBSERVER_LIMIT_N = 4000.0
 
 
 class DrillSharing(Quadratic):
-    """See the module's docstring."""
+    """Sharing for drilling: keep every foot loaded against the thrust that is and the thrust
+    that may come.
+
+    The program of quadratic.py with what a surge of the thrust takes off each foot: with
+    SURGE_N more of it the friction used is still the least. What the thrust takes off a foot
+    follows from four equally stiff legs, d n / d thrust = -N^+ wrench. The drill's true
+    reaction is not the ordered one (blows, rods, a wrong payload): the sum of the estimated
+    loads says how much is missing, and a slow observer adds that to the thrust.
+    """
 
     def __init__(self, friction: float | None = None) -> None:
         super().__init__(friction)
@@ -73,14 +72,6 @@ def taken_by_thrust(now: Balance) -> Array:
     return np.asarray(-normal.T @ np.linalg.lstsq(normal @ normal.T, now.thrust_map[2:5])[0])
 
 
-# A trained correction of the quadratic program's plan: a small network of plain arrays, no learning
-# library needed.
-#
-#     action = clip(W3 tanh(W2 tanh(W1 view + b1) + b2) + b3, -1, 1)   every second plan (20 ms), as
-#     it was trained
-#
-# The weights beside this file were made by the command in their entry `made_by`.
-
 SHIPPED = Path(__file__).with_name("learned.npz")
 """The shipped policy."""
 ACTIONS = 6
@@ -90,8 +81,15 @@ EVERY = 2
 
 
 class Learned(Corrected):
-    """See the module's docstring. `weights`: an .npz of `testbed train`; raises InputError for one
-    that is none.
+    """A trained correction of the quadratic program's plan: a small network of plain arrays,
+    no learning library needed.
+
+        action = clip(W3 tanh(W2 tanh(W1 view + b1) + b2) + b3, -1, 1)
+
+    at every second plan (20 ms), as it was trained. The weights beside this file were made by the
+    command in their entry `made_by`.
+
+    `weights`: an .npz of `testbed train`; raises InputError for one that is none.
     """
 
     def __init__(self, weights: Path = SHIPPED) -> None:

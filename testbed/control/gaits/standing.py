@@ -24,7 +24,9 @@ LIFT_EDGE_S = 0.4
 
 
 class Hold:
-    """Holds `start` (12); see the module's docstring. A Gait."""
+    """Holds the posture `start` (12), m or rad, raises it in steps where the task says so, lifts
+    feet and hauls ropes as the events order. A Gait.
+    """
 
     def __init__(
         self, start: Array, task: object, events: tuple[Event, ...], scale: Scale = ROBOCLIMBER
@@ -87,12 +89,6 @@ def window(t: float, start: float, duration: float, edge: float) -> float:
     return float(0.5 - 0.5 * np.cos(np.pi * min(max(inside, 0.0), 1.0)))
 
 
-# Set points of a body that moves to and fro over standing feet: sinusoids along its three axes.
-#
-# All feet stay where they are, so every cylinder moves in both directions under load: what a
-# residual needs to show friction, leakage and drift apart. The ropes are hauled and paid out with
-# the body.
-
 RISE_S = 3.0
 """The amplitudes grow from nothing within this time (E)."""
 USUAL_M = (0.06, 0.05, 0.05)
@@ -102,7 +98,15 @@ TRIED_S, TRIED_EVERY_S = 60.0, 0.25
 
 
 class SwayGait:
-    """See the module's docstring. A Gait."""
+    """Set points of a body that moves to and fro over standing feet: sinusoids along its
+    three axes.
+
+    All feet stay where they are, so every cylinder moves in both directions under load: what
+    a residual needs to show friction, leakage and drift apart. The ropes are hauled and paid
+    out with the body.
+
+    A Gait.
+    """
 
     def __init__(self, task: Sway, start: BelievedStart) -> None:
         """Raises InputError where a cylinder would be asked beyond its range."""

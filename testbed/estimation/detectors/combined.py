@@ -87,14 +87,15 @@ class Combined(CompiledDetector, step=step):
     }
 
 
-# The combined detector over as long as a loss must last.
-#
-# A foot that bears next to nothing crosses the force of a loss with every blow; means over 20 ms
-# follow the definition of a loss (estimation/contact_losses.py), which waits for as long.
-
-
 class Steady(CompiledDetector, step=step):
-    """The weights are the combined detector's."""
+    """The combined detector over as long as a loss must last.
+
+    A foot that bears next to nothing crosses the force of a loss with every blow; means over
+    20 ms follow the definition of a loss (estimation/contact_losses.py), which waits for as
+    long.
+
+    The weights are the combined detector's.
+    """
 
     name, text = "steady", "mean of three loads, over 20 ms"
     threshold = -691.5
@@ -102,22 +103,24 @@ class Steady(CompiledDetector, step=step):
     numbers: ClassVar[dict[str, float]] = Combined.numbers | {"mean_time": 0.02}
 
 
-# The shipped detector: the mean of two loads over a few milliseconds, and a contact state that is
-# held.
-#
-# A foot that bears next to nothing under a hammering drill crosses any one level with every blow:
-# that, not an error of the load, makes most false alarms of a threshold. So the contact state has
-# three levels. Below the first a foot is lost. It counts as loaded again once it has stayed above
-# the second, which is further up by what friction hides, for longer than a few blows; or above the
-# third, where no friction could lift an unloaded foot, for as long as a touchdown lasts.
-#
-# The loads are `own` and `carried` (sample.py), which take the friction of a resting piston in
-# different ways, with what a drifting sensor adds to the second one given back. The piston alone,
-# without any friction (`balance`), adds nothing to the two once the state is held.
-
-
 class Held(CompiledDetector, step=step):
-    """All numbers were set on the tuning scenes, N and s on a machine of 4 t."""
+    """The shipped detector: the mean of two loads over a few milliseconds, and a contact
+    state that is held.
+
+    A foot that bears next to nothing under a hammering drill crosses any one level with every
+    blow: that, not an error of the load, makes most false alarms of a threshold. So the
+    contact state has three levels. Below the first a foot is lost. It counts as loaded again
+    once it has stayed above the second, which is further up by what friction hides, for
+    longer than a few blows; or above the third, where no friction could lift an unloaded
+    foot, for as long as a touchdown lasts.
+
+    The loads are `own` and `carried` (sample.py), which take the friction of a resting piston
+    in different ways, with what a drifting sensor adds to the second one given back. The
+    piston alone, without any friction (`balance`), adds nothing to the two once the state is
+    held.
+
+    All numbers were set on the tuning scenes, N and s on a machine of 4 t.
+    """
 
     name, text = "held", "mean of two loads over 5 ms, three levels"
     threshold = -175.0

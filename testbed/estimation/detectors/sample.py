@@ -186,7 +186,7 @@ def oil_travel(
     dt: float,
 ) -> float:
     """How far (m) the piston moved while the pressures changed by `change` (A, B; Pa): see the
-    module's docstring.
+    equations above.
 
     state: OilState; c: Cylinder; valve: Valve.
     """

@@ -76,16 +76,15 @@ def hold_of(detector: Any) -> Hold:
     return found if isinstance(found, Hold) else DROP
 
 
-# The foot loads by any estimator: what a scenario's `estimator.method` names, row by row on the
-# running row.
-#
-# Its loads take the place of the whole-body estimate in the row (`estimate.own` and its interval):
-# control, supervisor, detectors and the recording's columns `estimate_own_<leg>` see them.
-
-
 class SelectedEstimator:
-    """An estimator that fills the row's loads; `dt_s` lies between two rows. Raises InputError as
-    estimator_of.
+    """The foot loads by any estimator: what a scenario's `estimator.method` names, row by row
+    on the running row.
+
+    Its loads take the place of the whole-body estimate in the row (`estimate.own` and its
+    interval): control, supervisor, detectors and the recording's columns `estimate_own_<leg>`
+    see them.
+
+    `dt_s` lies between two rows. Raises InputError as estimator_of.
     """
 
     def __init__(self, name: str, dt_s: float) -> None:

@@ -33,26 +33,25 @@ from testbed.formats.sockets import FORM, is_user_class, load_object
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow
 
-# The contact states of any number of feet from their forces alone, sample by sample or over a
-# recording.
-#
-# From a real controller:
-#
-#     feet = Feet(SingleForce(), nominal_load_n=np.array([20.0]), breakaway_n=np.array([1.0]))
-#     states = feet.update(t, force_n)      # (k,): 1 loaded, 0 contact lost
-#
-# Samples may come late, twice, with gaps or with forces that are no number: a sample no later than
-# the one before is left out, a force that is no number leaves its foot as it is. The state then
-# holds; `known` says whether it still rests on something.
-
 KNOWN_S = 0.1
 """A state rests on nothing any more when its foot had no good sample for so long, s (E)."""
 
 
 class Feet:
-    """A detector of forces at work on k feet of their own scales, N, each (k,).
+    """The contact states of any number of feet from their forces alone, sample by sample or
+    over a recording.
 
-    Raises InputError for a detector without a threshold.
+    From a real controller:
+
+        feet = Feet(SingleForce(), nominal_load_n=np.array([20.0]), breakaway_n=np.array([1.0]))
+        states = feet.update(t, force_n)      # (k,): 1 loaded, 0 contact lost
+
+    Samples may come late, twice, with gaps or with forces that are no number: a sample no
+    later than the one before is left out, a force that is no number leaves its foot as it is.
+    The state then holds; `known` says whether it still rests on something.
+
+    A detector of forces at work on k feet of their own scales, N, each (k,). Raises InputError
+    for a detector without a threshold.
     """
 
     def __init__(self, detector: Any, nominal_load_n: Array, breakaway_n: Array) -> None:

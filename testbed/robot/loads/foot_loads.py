@@ -297,12 +297,10 @@ def known_wrench(model: RobotModel, known: Any, gravity_in_body: ArrayLike) -> A
     return ordered + rods_wrench(model, known, gravity_in_body)
 
 
-# Expected foot loads, live: posture from the encoders, attitude, rope tensions and what the drill's
-# controls know.
-
-
 class Expectation:
-    """The believed machine's foot loads along the vertical joints, N (4), from measurements alone.
+    """The believed machine's foot loads along the vertical joints, N (4), live and from
+    measurements alone: posture from the encoders, attitude, rope tensions and what the drill's
+    controls know.
 
     `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as
     surveyed at the start (a 30 m rope turns by less than 2 degrees a metre climbed).
