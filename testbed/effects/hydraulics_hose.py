@@ -22,13 +22,16 @@ HOSE_TIMES_S = (0.05, 0.3)
 
 @njit
 def hose_flow_m3_s(pressure_a_pa: Array, capacity: float, time: float, period_s: float) -> Array:
-    """Flow into the hose over a recording, (n,); exact for a pressure held over a period."""
+    """Flow into the hose over a recording, (n,); exact for a pressure that goes straight between
+    samples.
+    """
     flow = np.empty_like(pressure_a_pa)
-    inside = pressure_a_pa[0]
-    keep = np.exp(-period_s / time)
+    gap, keep = 0.0, np.exp(-period_s / time)
+    filled = time / period_s * (1.0 - keep)
     for index in range(len(pressure_a_pa)):
-        flow[index] = capacity * (pressure_a_pa[index] - inside) / time
-        inside = pressure_a_pa[index] + (inside - pressure_a_pa[index]) * keep
+        if index:
+            gap = gap * keep + (pressure_a_pa[index] - pressure_a_pa[index - 1]) * filled
+        flow[index] = capacity * gap / time
     return flow
 
 

@@ -10,8 +10,9 @@ import pytest
 
 from testbed.benchmarks.reference_leg.rigs import make_rig
 from testbed.effects.base import ForceTerms
+from testbed.effects.hydraulics_hose import hose_flow_m3_s
 from testbed.estimation.leg.balance import external_n
-from testbed.estimation.leg.flow import edge_flow, spool
+from testbed.estimation.leg.flow import edge_flow, slope, spool
 from testbed.estimation.leg.force import MOST_LATE, _late_samples, estimate
 from testbed.estimation.leg.motion import encoder_noise, motion, smooth, through_steps
 from testbed.recording.axis import Rig
@@ -58,6 +59,24 @@ def test_load_dependent_friction_is_taken_off_both_ways() -> None:
     friction = 0.05 * 1e4 * (8000.0 / 1e4) ** 2  # 320 N at 8 kN
     assert external_n(np.array([8320.0]), 1.0, bent)[0] == pytest.approx(8000.0, rel=1e-4)
     assert friction == pytest.approx(320.0)
+
+
+@pytest.mark.parametrize("hertz", [2.0, 16.0, 31.25])
+def test_the_slope_of_a_pressure_is_true_up_to_an_eighth_of_the_rate(hertz: float) -> None:
+    turns, t = 2.0 * np.pi * hertz, np.arange(500) / 250.0
+    found = slope(np.sin(turns * t), 250.0)[10:-10]
+    assert found == pytest.approx(turns * np.cos(turns * t)[10:-10], abs=2e-3 * turns)
+
+
+def test_the_slope_of_a_ramp_is_its_own_to_both_ends() -> None:
+    assert slope(3.0 * np.arange(20.0), 10.0) == pytest.approx(np.full(20, 30.0))
+
+
+def test_a_hose_takes_what_its_pressure_gains_and_lags_behind_a_ramp() -> None:
+    rate, capacity, time, gains = 250.0, 2e-12, 0.05, 1e6
+    t = np.arange(500) / rate
+    flow = hose_flow_m3_s(gains * t, capacity, time, 1.0 / rate)
+    assert flow == pytest.approx(capacity * gains * (1.0 - np.exp(-t / time)), rel=1e-9)
 
 
 def test_an_edge_passes_its_rated_flow_at_its_rated_drop() -> None:

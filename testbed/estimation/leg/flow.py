@@ -129,8 +129,9 @@ def flow_balance(
     assert pressure_a is not None and pressure_b is not None
     supply = _supply_pa(signals, terms, open_, edge)
     if edge.late_s:
-        index = np.arange(len(open_), dtype=np.float64)
-        open_ = np.interp(index - edge.late_s * signals.rate_hz, index, open_)
+        from scipy.ndimage import shift
+
+        open_ = shift(open_, edge.late_s * signals.rate_hz, order=3, mode="nearest")
     leak: Array | float = 0.0
     if terms.leakage_m3_s_pa:
         drop = pressure_a - pressure_b
@@ -146,10 +147,10 @@ def flow_balance(
         leak_m3_s=_filled(leak, shape),
         softness_a_1_pa=_filled(_softness(pressure_a, signals.known, terms), shape),
         softness_b_1_pa=_filled(_softness(pressure_b, signals.known, terms), shape),
+        rate_a_pa_s=slope(pressure_a, signals.rate_hz),
+        rate_b_pa_s=slope(pressure_b, signals.rate_hz),
     )
-    flow_a, flow_b = _chambers(
-        rows, _valve(signals.known, edge), _cylinder(signals.known), signals.rate_hz
-    )
+    flow_a, flow_b = _chambers(rows, _valve(signals.known, edge), _cylinder(signals.known))
     if terms.hose_capacity_m3_pa > 0.0:
         period = 1.0 / signals.rate_hz
         flow_a = flow_a - hose_flow_m3_s(
@@ -208,6 +209,8 @@ class OilRows(NamedTuple):
     softness_a_1_pa: Array
     """1/beta, air included."""
     softness_b_1_pa: Array
+    rate_a_pa_s: Array
+    rate_b_pa_s: Array
 
 
 def _valve(known: Known, edge: Edge) -> Valve:
@@ -289,18 +292,32 @@ def _held(
     return float(share * flow)
 
 
+SLOPE = (45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0)
+"""Weights of the differences over two, four and six samples in a slope of the sixth order."""
+
+
+def slope(values: Array, rate_hz: float) -> Array:
+    """Slope of a smoothed series, shape (n,), per second: to an eighth of the rate true to 0.2 %.
+
+    A difference over two samples falls short by 10 % there: oil would seem softer than it is.
+    """
+    reach = len(SLOPE)
+    longer = np.pad(values, reach, mode="reflect", reflect_type="odd")
+    last = len(longer) - reach
+    differences = (
+        weight * (longer[reach + far : last + far] - longer[reach - far : last - far])
+        for far, weight in enumerate(SLOPE, start=1)
+    )
+    return np.asarray(sum(differences) * rate_hz, dtype=np.float64)
+
+
 @njit
-def _chambers(
-    rows: OilRows, valve: Valve, cylinder: Cylinder, rate_hz: float
-) -> tuple[Array, Array]:
+def _chambers(rows: OilRows, valve: Valve, cylinder: Cylinder) -> tuple[Array, Array]:
     """Both balances but the hose, m3/s, each of shape (n,)."""
     pressure_a, pressure_b = rows.pressure_a_pa, rows.pressure_b_pa
     rated, drop, soft = valve.rated_m3_s, valve.rated_drop_pa, valve.smooth_drop_pa
     a, b = np.empty_like(pressure_a), np.empty_like(pressure_a)
-    last = len(pressure_a) - 1
     for index in range(len(pressure_a)):
-        before, after = max(index - 1, 0), min(index + 1, last)
-        rate = rate_hz / max(after - before, 1)
         open_ = rows.opening[index]
         from_a, from_b = (
             rows.supply_pa[index] - pressure_a[index],
@@ -322,8 +339,7 @@ def _chambers(
         volume_a = cylinder.dead_volume_a_m3 + cylinder.area_a_m2 * rows.position_m[index]
         left_m = cylinder.stroke_m - rows.position_m[index]
         volume_b = cylinder.dead_volume_b_m3 + cylinder.area_b_m2 * left_m
-        rate_a = (pressure_a[after] - pressure_a[before]) * rate
-        rate_b = (pressure_b[after] - pressure_b[before]) * rate
+        rate_a, rate_b = rows.rate_a_pa_s[index], rows.rate_b_pa_s[index]
         swept_a = cylinder.area_a_m2 * rows.velocity_m_s[index] + rows.leak_m3_s[index]
         swept_b = cylinder.area_b_m2 * rows.velocity_m_s[index] + rows.leak_m3_s[index]
         a[index] = flow_a - (swept_a + volume_a * rows.softness_a_1_pa[index] * rate_a)
