@@ -4,14 +4,17 @@ kept.
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from testbed.diagnosis.leg.entries import CAUTION, OTHER_FORM, entries_of
+from testbed.diagnosis.leg.entries import CAUTION, OTHER_FORM, at_bounds, entries_of
 from testbed.diagnosis.leg.fit import Fit, group_scale
 from testbed.diagnosis.leg.points import Point
+from testbed.diagnosis.leg.search import Candidate
+from testbed.diagnosis.leg.verdict import doubted
 from testbed.effects import by_name
 from testbed.effects.base import Active
 from testbed.effects.terms import Coordinate
@@ -105,3 +108,39 @@ def test_noise_does_not_fall_below_its_floor() -> None:
     silent = np.zeros(100)
     found = group_scale(silent, np.ones(100), np.zeros(100, dtype=int), 1, floor=0.5)
     assert found.tolist() == [0.5]
+
+
+AIR, DELAY = by_name("hydraulics.air"), by_name("sensor.delay")
+
+
+def air(exponent: float) -> Fit:
+    """Entrained air whose law is bent by this exponent, 0.2 to 1.2 being possible."""
+    return fitted(AIR, {"fraction": 0.1, "exponent": 0.1}, fraction=2e-3, exponent=exponent)
+
+
+def test_a_number_at_a_bound_is_told_and_one_at_its_natural_end_is_none() -> None:
+    assert at_bounds(air(0.2)) == {"hydraulics.air": ("exponent",)}
+    assert at_bounds(air(1.2)) == {"hydraulics.air": ("exponent",)}
+    assert at_bounds(air(0.21)) == {}
+    sd = {"delay": 1e-3, "lag_share": 0.1}
+    assert at_bounds(fitted(DELAY, sd, delay=0.01, lag_share=1.0)) == {}
+    assert at_bounds(fitted(DELAY, sd, delay=0.2, lag_share=1.0)) == {"sensor.delay": ("delay",)}
+
+
+def test_a_set_with_a_number_at_a_bound_gives_half_of_its_probability_away() -> None:
+    both, alone = ("force.spring", "hydraulics.air"), ("hydraulics.air",)
+    spring, none, unnamed = ("force.spring",), (), ("unnamed",)
+    given = {both: 0.6, spring: 0.1, alone: 0.2, none: 0.06, unnamed: 0.04}
+
+    def after(exponent: float) -> dict[tuple[str, ...], float]:
+        straight = fitted(SPRING, {"stiffness": 1.0}, stiffness=500.0, rest=0.2)
+        fits = {both: air(exponent), alone: air(exponent), spring: straight, none: straight}
+        sets: Any = {
+            frozenset(names): Candidate(names, fit, SimpleNamespace())  # type: ignore[arg-type]
+            for names, fit in fits.items()
+        }
+        return doubted(sets, given)
+
+    assert after(0.5) == pytest.approx(given)
+    expected = {both: 0.3, spring: 0.4, alone: 0.1, none: 0.06, unnamed: 0.14}
+    assert after(0.2) == pytest.approx(expected)

@@ -1,10 +1,9 @@
-"""What this data cannot tell apart: names, and declared numbers, whose forces along these motions
-are the same.
+"""What this data cannot tell apart: names, and declared numbers, whose forces and flows along these
+motions are the same.
 
-Two explanations are alike where what the one adds to the force can be made by the other, friction
-and the rest of the
-model giving way to both: their sensitivities are collinear once what all models share is projected
-out.
+Two explanations are alike where what the one adds to the balances can be made by the other,
+friction and the rest of the model giving way to both: their sensitivities are collinear once what
+all models share is projected out.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from testbed.diagnosis.leg.problem import Array, Problem
 from testbed.diagnosis.leg.search import Candidate, Search
 
 COLLINEAR = 0.95
-"""Correlation of what two explanations add to the force from which they count as the same."""
+"""Correlation of what two explanations add to the balances from which they count as the same."""
 
 
 def alike(state: Search, chosen: Candidate, name: str) -> tuple[str, ...]:
@@ -49,13 +48,17 @@ def alike(state: Search, chosen: Candidate, name: str) -> tuple[str, ...]:
 
 
 def _columns(problem: Problem, fit: Fit, owners: Collection[str]) -> Array:
-    """Weighted sensitivities of the force to the coordinates of some owners, shape (bins, k)."""
-    weight = weights(problem, {"force": fit.residual["force"]}, fit.scale)["force"]
+    """Weighted sensitivities of all balances to the coordinates of some owners, shape (bins, k)."""
+    weight = weights(problem, fit.residual, fit.scale)
     chosen = [
         index for index, coordinate in enumerate(fit.coordinates) if coordinate.owner in owners
     ]
     unit = np.array([fit.coordinates[place].scale for place in chosen])
-    return np.asarray(fit.jacobian["force"][:, chosen] * unit * weight[:, None])
+    rows = [
+        fit.jacobian[channel][:, chosen] * unit * weight[channel][:, None]
+        for channel in fit.residual
+    ]
+    return np.concatenate(rows)
 
 
 def _without(columns: Array, shared: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.leg.evidence import Evidence
-from testbed.diagnosis.leg.fit import Fit
+from testbed.diagnosis.leg.fit import Fit, bounds
 from testbed.effects import kind_of, place_of
 from testbed.formats.intervals import Z90
 from testbed.recording.leg_model import EffectEntry, Parameter
@@ -19,6 +19,8 @@ CAUTION, OTHER_FORM = 2.0, {"force": 0.12, "flow": 0.05}
 """Intervals are wider than the data alone say: by this factor, and by this share of the value for
 what the force balance shows and what only flows show, as friction and sensors are never exactly
 what their formulas say. Set on the rigs that `calibration.yaml` was fitted on."""
+NEAR_BOUND = 1e-3
+"""Share of a bound, or of a number's own scale, within which the number stands at it."""
 
 
 def memory_of(found: Evidence) -> float:
@@ -63,6 +65,27 @@ def entries_of(
         name = active.effect.name
         out.append(EffectEntry(name=kind_of(name), parameters=parameters, place=place_of(name)))
     return tuple(out)
+
+
+def at_bounds(fit: Fit) -> dict[str, tuple[str, ...]]:
+    """Name of an effect -> its fitted numbers that stand at a bound; effects without such are left
+    out. The natural end of a number, up to which it is expected to go, such as a share of 1, is no
+    bound.
+    """
+    effects = {active.effect.name: active.effect for active in fit.at.effects}
+    low, high = bounds(fit.coordinates)
+    out: dict[str, tuple[str, ...]] = {}
+    for coordinate, theta, ends in zip(
+        fit.coordinates, fit.theta, np.column_stack([low, high]), strict=True
+    ):
+        if coordinate.owner not in effects:
+            continue
+        natural = effects[coordinate.owner].spec(coordinate.name).prior
+        expected = np.log(np.maximum(natural, 1e-300)) if coordinate.log else natural
+        near = np.abs(theta - ends) <= NEAR_BOUND * coordinate.scale
+        if (near & ~np.isin(ends, expected)).any():
+            out[coordinate.owner] = (*out.get(coordinate.owner, ()), coordinate.name)
+    return out
 
 
 def _interval(

@@ -103,6 +103,7 @@ def effect_json(entry: EffectEntry, verdict: Verdict) -> dict[str, Any]:
         **({} if entry.place is None else {"place": entry.place}),
         "probability": round(verdict.probability(name), 4),
         "ambiguous_with": list(verdict.ambiguous.get(name, ())),
+        "at_bounds": list(verdict.at_bounds.get(name, ())),
         "parameters": parameters,
         "equation": by_name(entry.name).equation,
     }
@@ -144,6 +145,8 @@ def summary_rows(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
     rows = [["verdict", verdict.kind, f"probability {verdict.hypotheses[0][1]:.3f}"]]
     for entry in diagnosis.entries:
         said = f"probability {verdict.probability(entry.name):.3f}"
+        ended = verdict.at_bounds.get(entry.name, ())
+        said += f", {' and '.join(ended)} at a bound" if ended else ""
         rivals = ", ".join(verdict.ambiguous.get(entry.name, ()))
         rows.append(
             [

@@ -17,12 +17,14 @@ from dataclasses import dataclass, field, replace
 
 from testbed.diagnosis.leg import bench_probabilities as bench
 from testbed.diagnosis.leg.alike import alike
+from testbed.diagnosis.leg.entries import at_bounds
 from testbed.diagnosis.leg.probabilities import calibration, distribution
 from testbed.diagnosis.leg.proof import Proof, trial, worse_than
 from testbed.diagnosis.leg.resampled import Names, wins
 from testbed.diagnosis.leg.search import Candidate, Search
 from testbed.diagnosis.leg.signs import signs
 from testbed.diagnosis.leg.unexplained import Unexplained
+from testbed.effects import by_name
 from testbed.recording.leg_model import LegModel
 
 TEMPERATURE = {"vertical-leg": 8.0, "cylinder": 8.0, "drive": 8.0, "robot": 2.5}
@@ -47,6 +49,8 @@ class Verdict:
     """Channels that ride along and go with what has no name -> share by which they lower the
     residual.
     """
+    at_bounds: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Chosen name -> its numbers that end at a bound: another law than the name's is asked for."""
 
     def probability(self, name: str) -> float:
         """Probability that the effect is there: of all sets that hold it."""
@@ -61,7 +65,7 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     sets without it. Blocks are drawn anew within
     their recordings: each of a leg's is a motion of its own kind.
     """
-    weights = distribution(signs(state, found), calibration())
+    weights = doubted(state.tried, distribution(signs(state, found), calibration()))
     verdict, won = verdict_of(state, weights), wins(state, recordings_too=False)
     while verdict.kind == "effect":
         names = verdict.chosen.names
@@ -90,12 +94,48 @@ def _without(
     return out
 
 
+def doubted(
+    tried: Mapping[Names, Candidate], weights: Mapping[tuple[str, ...], float]
+) -> dict[tuple[str, ...], float]:
+    """The weights with half of each set's given away that holds a name whose numbers end at their
+    bounds: the data ask for another law than that name's, which is as likely as it. It goes to the
+    set without such names, or where nothing is left to what no name covers.
+    """
+    out: dict[tuple[str, ...], float] = {}
+    for names, weight in weights.items():
+        candidate = tried.get(frozenset(names))
+        ended = at_bounds(candidate.fit) if candidate else {}
+        rest = tuple(name for name in names if name not in ended)
+        if len(rest) < len(names):
+            rest = rest if rest and frozenset(rest) in tried else ("unnamed",)
+            weight *= 0.5
+            out[rest] = out.get(rest, 0.0) + weight
+        out[names] = out.get(names, 0.0) + weight
+    return out
+
+
 def _with_alike(state: Search, verdict: Verdict) -> dict[str, tuple[str, ...]]:
-    """Rivals near in gain, and whatever adds the same force along these motions."""
+    """Rivals near in gain, whatever does the same along these motions, and of a name whose numbers
+    end at their bounds all that it is known to be taken for.
+    """
     return {
-        name: tuple(dict.fromkeys((*rivals, *alike(state, verdict.chosen, name))))
+        name: tuple(
+            dict.fromkeys(
+                (
+                    *rivals,
+                    *alike(state, verdict.chosen, name),
+                    *(_known_rivals(state, name) if name in verdict.at_bounds else ()),
+                )
+            )
+        )
         for name, rivals in verdict.ambiguous.items()
     }
+
+
+def _known_rivals(state: Search, name: str) -> tuple[str, ...]:
+    """What a name is known to be taken for on a rig of this kind."""
+    rig = state.problem.base.rig
+    return tuple(rival for rival in by_name(name).alike if rig in by_name(rival).rigs)
 
 
 def decide_on_bench(
@@ -107,7 +147,7 @@ def decide_on_bench(
     """
     told = bench.signs(state, proof, found, max(goes_with.values(), default=0.0))
     weights = bench.distribution(told, proof.kept.names, bench.calibration())
-    verdict = verdict_of(state, weights)
+    verdict = verdict_of(state, doubted(state.tried, weights))
     if verdict.kind != "effect":
         return replace(verdict, goes_with=goes_with if verdict.kind == "unnamed" else {})
     return replace(verdict, ambiguous=_with_alike(state, verdict))
@@ -127,7 +167,13 @@ def verdict_of(state: Search, weights: Mapping[tuple[str, ...], float]) -> Verdi
         for candidate in state.tried.values()
         if frozenset(candidate.names) == frozenset(top)
     )
-    return Verdict("effect" if top else "none", chosen, tuple(ranked), _ambiguous(state, chosen))
+    return Verdict(
+        "effect" if top else "none",
+        chosen,
+        tuple(ranked),
+        _ambiguous(state, chosen),
+        at_bounds=at_bounds(chosen.fit),
+    )
 
 
 def _ambiguous(state: Search, chosen: Candidate) -> dict[str, tuple[str, ...]]:
