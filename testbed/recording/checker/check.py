@@ -21,6 +21,7 @@ from testbed.recording.checker.balance import (
 from testbed.recording.checker.clock import check_clock, rising
 from testbed.recording.checker.finding import Checked, Finding, sorted_findings
 from testbed.recording.checker.flow import check_flow
+from testbed.recording.checker.gains import check_gains
 from testbed.recording.checker.late import check_late
 from testbed.recording.checker.motion import even
 from testbed.recording.checker.raw import REFERENCE, Raw, read_raw
@@ -175,7 +176,8 @@ def _signs(raw: Raw, forces: Forces, names: dict[str, str]) -> Iterator[Finding]
     yield from balance
     if not balance and not drive:
         scaled = list(check_reference(forces, names["reference"]))
-        yield from scaled or check_late(forces, names["reference"])
+        late = scaled or list(check_late(forces, names["reference"]))
+        yield from late or check_gains(forces, names)
     turned = any("position" in f.channel and "turned" in f.what for f in balance)
     wrong_pressure = any(f.channel.startswith("pressure") for f in balance)
     for finding in check_flow(forces.even, known, names["command"]):
