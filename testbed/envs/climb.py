@@ -59,13 +59,12 @@ SLIP = Term("slip", "further slip of the foot that slipped most", "m", -100.0)
 
 
 class ClimbStepsEnv(RoboclimberEnv):
-    """Climbing by decisions of the gait: before every group of swings the agent says how far,
-    how high, how fast, how tight.
+    """`Roboclimber/Climb-v1`: climb far, fast and with little energy by decisions of the gait, one
+    a group of swings.
 
-    A step lasts as long as the group of swings does, some ten seconds. Metres are paid; time,
-    energy, lost and slipped feet cost. No action is the shipped crawl.
-
-    `Roboclimber/Climb-v1`.
+    Before every group the agent says how far, how high, how fast, how tight; a step lasts as long
+    as the group does, some ten seconds. Metres are paid; time, energy, lost and slipped feet cost.
+    No action is the shipped crawl.
     """
 
     table = CLIMB_TABLE

@@ -21,13 +21,13 @@ import numpy as np
 
 from testbed.compiled import caches, can_cache, is_cached
 from testbed.estimation.live.chain import ChainBelief, ChainState, step_chain
-from testbed.estimation.live.whole_body import balance
+from testbed.estimation.live.whole_body import balance, step_body
 from testbed.formats.records import Record
 from testbed.machine.names import AXES
 from testbed.recording.rows import DataRow
 from testbed.world.board import Board
 from testbed.world.compiled_step import RecordedRow, between_steps
-from testbed.world.plant import plant_step
+from testbed.world.plant import plant_step, step_cylinders
 from testbed.world.sensing import Noise
 
 
@@ -41,6 +41,11 @@ def _balance() -> None:
     compile_for(balance, row, np.zeros(len(AXES)), belief["body"], state["body"])
 
 
+def _body() -> None:
+    row, belief, state = _estimator()
+    compile_for(step_body, row, belief["body"], state["body"])
+
+
 def _chain() -> None:
     compile_for(step_chain, *_estimator())
 
@@ -48,6 +53,10 @@ def _chain() -> None:
 def _estimator() -> tuple[Any, Any, Any]:
     row, belief, state = (kind.zeros()[0] for kind in (DataRow, ChainBelief, ChainState))
     return row, belief, state
+
+
+def _hydraulics() -> None:
+    compile_for(step_cylinders, Board.zeros()[0])
 
 
 def _plant() -> None:
@@ -66,17 +75,6 @@ def _contacts() -> None:
 def _step() -> None:
     board, estimator = Board.zeros(), (ChainBelief.zeros(), ChainState.zeros())
     compile_for(between_steps, 0, board, estimator, *map(_zeros, (Noise, DataRow, RecordedRow)))
-    _begin()
-
-
-def _begin() -> None:
-    """The first rows of a run: the small functions that are called beside the compiled step."""
-    from testbed.scenario.scenario import load_scenario
-    from testbed.world.simulation import Simulation
-
-    simulation = Simulation(load_scenario("drill_slope_45", duration=0.1))
-    simulation.run_block(1)
-    simulation.close()
 
 
 def _zeros(kind: type[Record]) -> Any:
@@ -85,16 +83,20 @@ def _zeros(kind: type[Record]) -> Any:
 
 FAMILIES: dict[str, Callable[[], None]] = {
     "balance": _balance,
+    "body": _body,
     "chain": _chain,
+    "hydraulics": _hydraulics,
     "plant": _plant,
     "contacts": _contacts,
     "step": _step,
 }
 """What is compiled together, by name, each in a process of its own: none holds much memory."""
-FIRST, LAST = (("balance", "chain"), ("plant", "contacts")), "step"
-"""Two rows side by side: the chain of estimates is put together from the body's balance, a step
-from what all others made.
+FIRST = ("balance", "body", "chain"), ("hydraulics", "plant", "contacts")
+"""Two rows side by side: the body's estimate is put together from its balance, the chain of
+estimates from both, the plant from the hydraulics.
 """
+LAST = "step"
+"""A step is put together from what all others made."""
 
 
 def compile_apart() -> None:

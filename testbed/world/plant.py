@@ -249,9 +249,23 @@ def push_foot(board: Any, leg: int) -> None:
 
 
 @njit
+def step_cylinders(board: Any) -> None:
+    """The hydraulics of all twelve cylinders and their supply, one step of the clock."""
+    hydraulic_step(
+        board.axes,
+        board.parameters,
+        board.inputs,
+        board.supply,
+        board.unit,
+        board.clock.step_s,
+        board.clock.substeps,
+    )
+
+
+@njit
 def plant_step(board: Any) -> None:
     """From the engine's state to what the engine is given for the next step."""
-    before, given, clock = board.before, board.given, board.clock
+    before, given = board.before, board.given
     for i in range(12):
         before.position[i], before.rate[i] = board.engine.joint[i], board.engine.joint_rate[i]
     move_rods(board)
@@ -266,15 +280,7 @@ def plant_step(board: Any) -> None:
     board.supply.traction_flow = taken
     board.supply.traction_load = hauled / board.traction.area
     drill_step(board)
-    hydraulic_step(
-        board.axes,
-        board.parameters,
-        board.inputs,
-        board.supply,
-        board.unit,
-        clock.step_s,
-        clock.substeps,
-    )
+    step_cylinders(board)
     for i in range(12):
         given.joint_torque[i] = board.axes[i].force * board.arms[i]
     for leg in range(4):

@@ -103,7 +103,8 @@ def test_every_family_is_compiled_in_one_round_and_the_step_after_the_others(
     )
     first_start.compile_apart()
     assert set(done) == set(first_start.FAMILIES) and len(done) == len(set(done))
-    assert done.index("balance") < done.index("chain") and done[-1] == "step"
+    assert done.index("balance") < done.index("body") < done.index("chain")
+    assert done.index("hydraulics") < done.index("plant") and done[-1] == "step"
     assert capsys.readouterr().err.count("first start") == 1
 
 
