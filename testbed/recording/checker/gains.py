@@ -50,7 +50,7 @@ class Left:
     def without(self, *columns: Array) -> tuple[Array, Array]:
         """(what is left with further columns (n,), the weights of these)."""
         design = np.column_stack([self.plain, *columns])
-        found = np.linalg.lstsq(design, self.rest_n, rcond=None)[0]
+        found = np.asarray(np.linalg.lstsq(design, self.rest_n, rcond=None)[0], dtype=np.float64)
         return self.rest_n - design @ found, found[self.plain.shape[1] :]
 
     def smooth(self, own: Array) -> tuple[Array, ...]:
@@ -127,14 +127,14 @@ def _jump(left: Left, own: Array) -> tuple[float, float]:
     """(share of the forces that a jump of one channel's gain leaves at its best moment, that moment
     from 0 to 1).
     """
-    inner = np.linspace(*ENDS, MOMENTS)
+    inner = np.linspace(ENDS[0], ENDS[1], MOMENTS)
     moments = np.quantile(left.time, inner)
     for finer in (True, False):
         shares = [left.share(own, own * (left.time > at)) for at in moments]
         best = int(np.argmin(shares))
         at, ends = float(moments[best]), moments[[max(best - 1, 0), min(best + 1, MOMENTS - 1)]]
         if finer:
-            moments = np.linspace(*ends, MOMENTS)
+            moments = np.linspace(ends[0], ends[1], MOMENTS)
     return shares[best], at
 
 
