@@ -10,15 +10,16 @@ import numpy as np
 import pytest
 from shipped import shipped_model
 
-from testbed.estimation.live import body_records, faulty_sensor, whole_body, wrench
+from testbed.estimation.live import axis, body_records, faulty_sensor, whole_body, wrench
 from testbed.estimation.live import fusion as fu
+from testbed.estimation.live.axis import AxisState
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, body_of
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.uncertainty import Uncertainty, constants
 from testbed.machine.build import build_machine
-from testbed.machine.names import LEGS
+from testbed.machine.names import LEGS, VERTICAL
 from testbed.recording.rows import DataRow, DrillKnown
 from testbed.robot.linkage import Linkages
 from testbed.robot.loads.foot_loads import ExpectedLoads, known_wrench, point_wrench
@@ -296,3 +297,30 @@ def test_friction_at_rest_is_anywhere_in_its_set_where_no_valve_holds_the_oil() 
     assert shares["inferred"] == (OwnTuning().rest_share, OwnTuning().fresh_more)
     share, more = shares["original"]
     assert share == pytest.approx(1.0 / np.sqrt(3.0)) and share * (1.0 + more) == pytest.approx(1.0)
+
+
+def test_friction_of_a_piston_that_never_slid_may_be_anywhere_in_its_set_for_good() -> None:
+    """After a slide it settles; what a seal was stuck with at the start nothing leads anywhere."""
+    decisions = body()[0]["decisions"]
+    state = AxisState.zeros(2)
+    state["has_slid"] = 0.0, 1.0
+    state["rested"] = 60.0
+    stuck, settled_ = (axis.unsure(one, decisions) * decisions["rest_share"] for one in state)
+    assert stuck == pytest.approx(1.0 / np.sqrt(3.0))
+    assert settled_ == pytest.approx(OwnTuning().rest_share, rel=1e-3)
+
+
+def test_a_slide_is_remembered_as_long_as_the_estimate_runs() -> None:
+    chain, row = settled(OwnTuning(), steps=50)
+
+    def slid() -> list[int]:
+        return np.flatnonzero(chain.state["body"]["axes"]["has_slid"]).tolist()
+
+    assert slid() == []
+    for _ in range(200):
+        row["position"][0, VERTICAL[0]] += 5e-5
+        chain.step(row)
+    assert slid() == [VERTICAL[0]]
+    for _ in range(500):
+        chain.step(row)
+    assert slid() == [VERTICAL[0]]

@@ -18,7 +18,7 @@ from testbed.benchmarks.contact_loss.score import CLASSES, LIGHT_SHARE, NEAR_SHA
 from testbed.benchmarks.contact_loss.warning import DEFINITIONS as WARNING_DEFINITIONS
 from testbed.benchmarks.contact_loss.warning import marks as warning_marks
 from testbed.benchmarks.contact_loss.warning import supervisor_marks
-from testbed.benchmarks.harness import poisson, wilson
+from testbed.benchmarks.harness import poisson
 from testbed.control.layers import CALM_S
 from testbed.estimation.contact_losses import EARLY_S, FOUND_S, LOSS_S, LOSS_SHARE, STANDING_S
 from testbed.estimation.detectors.table import BEST
@@ -35,6 +35,8 @@ BUDGET_1_H = 1.0
 TRADED_1_H = (12.0, 25.0, 50.0)
 """The same at so many, for the trade of recall against false alarms."""
 SLOPES = (20, 40, 60, 75, 86)
+DRAWS = 1000
+"""Machines are drawn anew so often for the interval of a recall."""
 DRIFTING = 2
 """From so many drifting sensors on a scene counts as drifting."""
 
@@ -92,7 +94,7 @@ class Followed:
         """Of the scenes' answers, at a place of the detector's thresholds."""
         rows = [scene["detectors"][name][at] for scene in scenes]
         losses = [
-            Timed(loss | {"slope_deg": scene["slope_deg"], "drifting": scene["drifting"]}, delay)
+            Timed(loss | {word: scene[word] for word in ("slope_deg", "drifting", "scene")}, delay)
             for scene, row in zip(scenes, rows, strict=True)
             for loss, delay in zip(scene["losses"], row["delays_s"], strict=True)
         ]
@@ -153,13 +155,27 @@ def _added(rows: Sequence[Tree], word: str) -> list[float]:
 
 def _loss_marks(losses: Sequence[Timed]) -> Tree:
     seen = [t.delay_s for t in losses if t.delay_s is not None]
+    machines = [Scene(**t.loss["scene"]).machine_seed for t in losses]
     return {
         "losses": len(losses),
         "recall": len(seen) / len(losses) if losses else None,
-        "recall_interval95": wilson(len(seen), len(losses)),
+        "recall_interval95": by_machine([t.delay_s is not None for t in losses], machines),
         "delay_median_s": float(np.median(seen)) if seen else None,
         "delay_p95_s": float(np.quantile(seen, 0.95)) if seen else None,
     }
+
+
+def by_machine(found: Sequence[bool], machines: Sequence[int]) -> list[float] | None:
+    """95 % interval of a share of losses: machines are drawn anew, with all theirs; None of one."""
+    names, of = np.unique(machines, return_inverse=True)
+    if len(names) < 2:
+        return None
+    hits, all_of_them = np.bincount(of, found), np.bincount(of)
+    drawn = np.random.default_rng(0).multinomial(
+        len(names), np.full(len(names), 1.0 / len(names)), DRAWS
+    )
+    low, high = np.quantile((drawn @ hits) / (drawn @ all_of_them), [0.025, 0.975])
+    return [float(low), float(high)]
 
 
 def tuned(scenes: Sequence[Tree], grids: Mapping[str, Sequence[float]]) -> dict[str, int]:

@@ -69,6 +69,7 @@ class AxisState(Record):
     slides = quantity("1", "how surely it slides, 0 to 1")
     sense = quantity("1", "the way it slid last: -1, 0, 1")
     rested = quantity("s", "for how long it has been at rest")
+    has_slid = quantity("1", "1 once it has surely slid")
     speed = quantity("m/s", "of the piston")
     acceleration = quantity("m/s2", "of the piston, 0 at rest")
     changed = quantity("1", "1 where friction's set has just become another")
@@ -88,6 +89,7 @@ class Decisions(Record):
     rest_share = quantity("1", "standard deviation of friction at rest over its set's half width")
     fresh_more = quantity("1", "by how much more it is unsure right after a stop, of that")
     fresh = quantity("s", "over which that fades: creep leads friction towards the middle")
+    stuck_share = quantity("1", "that share of a piston that never slid: nothing led it anywhere")
     knows_dependence = quantity("1", "0/1: friction beyond (5)")
     end_zone = quantity("m", "nearer to a stop than this the stop may carry any load")
     end_force = quantity("N", "what a stop may carry")
@@ -172,8 +174,9 @@ def step_axis(
     low, high = friction_set(v, seen.sense, slides, c.friction, now)
     likely = 0.5 * (low + high)
     state.rested = state.rested + dt if slides <= 0.0 else 0.0
-    fresh = 1.0 + decisions.fresh_more * math.exp(-state.rested / decisions.fresh)
-    spread = spread_n(v, fresh * (high - low), c.friction, now, decisions)
+    if slides >= 1.0:
+        state.has_slid = 1.0
+    spread = spread_n(v, unsure(state, decisions) * (high - low), c.friction, now, decisions)
     spread = math.hypot(spread, clipped_reading_sd(reading_a, reading_b, c))
     most = high if likely > 0.0 else -low
     state.use = min(max(likely / most, -1.0), 1.0) if most > 0.0 else 0.0
@@ -201,3 +204,12 @@ def spread_n(v: float, width: float, friction: Any, now: Conditions, decisions: 
     share = math.hypot(decisions.friction_share, sticks)
     sliding_sd = math.hypot(share * level, slope * decisions.speed_sd)
     return math.hypot(sliding_sd, 0.5 * decisions.rest_share * width)
+
+
+@njit
+def unsure(state: Any, decisions: Any) -> float:
+    """How much wider than long after a stop friction is spread over its set."""
+    fresh = 1.0 + decisions.fresh_more * math.exp(-state.rested / decisions.fresh)
+    if state.has_slid != 0.0:
+        return fresh
+    return max(fresh, decisions.stuck_share / decisions.rest_share)

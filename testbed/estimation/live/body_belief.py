@@ -71,6 +71,10 @@ class OwnTuning:
     fresh_more: float = 1.5
     """So much more of it right after a stop, while oil and friction settle."""
     fresh_s: float = 4.0
+    stuck_share: float = EVEN
+    """Likewise of a piston that has not slid since the start: it may be stuck anywhere in its
+    set.
+    """
     sliding_keep_s: float = 0.5
     rest_keep_s: float = 0.3
     rest_alike: float = 0.5
@@ -106,7 +110,7 @@ class OwnTuning:
     carries_n: float = 300.0
     noise_sd_n: float = 15.0
     moving_sd_n: float = 110.0
-    told_share: float = 0.82
+    told_share: float = 0.75
     """Of the filter's standard deviation, what intervals are made of: deviations end where their
     sets do, so that large ones are rarer than a normal law has them.
     """
@@ -252,6 +256,7 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
         rest_share=tuning.rest_share,
         fresh_more=tuning.fresh_more,
         fresh=tuning.fresh_s,
+        stuck_share=tuning.stuck_share,
         knows_dependence=tuning.rich,
         end_zone=0.0,
         end_force=0.0,

@@ -27,6 +27,7 @@ from testbed.benchmarks.contact_loss.score import CLASSES, Reference, raised, sc
 from testbed.benchmarks.contact_loss.summary import (
     COMMISSIONED,
     Followed,
+    by_machine,
     summarise,
     tables,
     tuned,
@@ -205,6 +206,15 @@ def test_intervals_against_tables() -> None:
     assert wilson(500, 500) == pytest.approx([0.99237, 1.0], abs=1e-4)
     assert poisson(0, 1.0) == pytest.approx([0.0, 3.6889], abs=1e-4)
     assert poisson(10, 2.0) == pytest.approx([4.7954 / 2, 18.3904 / 2], abs=1e-4)
+
+
+def test_losses_of_one_machine_are_no_losses_of_many() -> None:
+    one_fails = [True] * 90 + [False] * 10
+    apart = by_machine(one_fails, list(range(100)))
+    together = by_machine(one_fails, [k // 10 for k in range(100)])
+    assert apart == pytest.approx([0.84, 0.95], abs=0.02)
+    assert together == pytest.approx([0.7, 1.0], abs=0.02)
+    assert by_machine(one_fails, [7] * 100) is None and by_machine([], []) is None
 
 
 def test_the_supervised_scene_is_its_twin_and_splits_never_meet() -> None:
