@@ -211,5 +211,5 @@ def unsure(state: Any, decisions: Any) -> float:
     """How much wider than long after a stop friction is spread over its set."""
     fresh = 1.0 + decisions.fresh_more * math.exp(-state.rested / decisions.fresh)
     if state.has_slid != 0.0:
-        return fresh
-    return max(fresh, decisions.stuck_share / decisions.rest_share)
+        return float(fresh)
+    return float(max(fresh, decisions.stuck_share / decisions.rest_share))
