@@ -122,7 +122,7 @@ def disk_refusal(error: BaseException) -> InputError | None:
         return None
     place = (
         error.filename
-        or "standard output, or a file of the testbed's own (its cache, a temporary one)"
+        or "standard output, or a file of the testbed's own (its cache, or a temporary one)"
     )
     return InputError(f"cannot be written: {error.strerror}", file=place)
 
