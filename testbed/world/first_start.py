@@ -91,12 +91,10 @@ FAMILIES: dict[str, Callable[[], None]] = {
     "step": _step,
 }
 """What is compiled together, by name, each in a process of its own: none holds much memory."""
-FIRST = ("balance", "body", "chain"), ("hydraulics", "plant", "contacts")
+ROWS = ("balance", "body", "chain", "step"), ("hydraulics", "plant", "contacts")
 """Two rows side by side: the body's estimate is put together from its balance, the chain of
-estimates from both, the plant from the hydraulics.
+estimates from both, the plant from the hydraulics, a step from chain and plant.
 """
-LAST = "step"
-"""A step is put together from what all others made."""
 
 
 def compile_apart() -> None:
@@ -116,8 +114,7 @@ def compile_apart() -> None:
         say = "testbed: the first start compiles the simulation, half a minute once ..."
         print(say, file=sys.stderr, flush=True)
         with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as side_by_side:
-            list(side_by_side.map(_in_children, FIRST))
-        _in_child(LAST)
+            list(side_by_side.map(_in_children, ROWS))
 
 
 def _in_children(families: Sequence[str]) -> None:
