@@ -193,15 +193,29 @@ def train(
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, or environments.")] = 1,
     dask: Dask = None,
+    method: Annotated[
+        str,
+        typer.Option(
+            help="ppo: a policy from nothing (needs the extra rl); evolution: a correction of a tuned rule,"
+            " in one process, of keep alone."
+        ),
+    ] = "ppo",
 ) -> None:
-    """Train a policy by reinforcement learning (needs the extra rl); Ctrl-C saves, the same command
-    goes on.
-    """
+    """Train a policy; Ctrl-C saves, the same command goes on."""
+    from testbed.benchmarks.control_tasks.evolution import evolve
     from testbed.envs.training import train as trained
+    from testbed.errors import InputError, check_one_of
     from testbed.report.console import counting_progress
 
+    check_one_of(method, ("ppo", "evolution"), "--method", "no such method")
+    if method == "evolution" and (workers > 1 or dask is not None):
+        refused = "--workers" if dask is None else "--dask"
+        raise InputError("is made in one process", field=refused, allowed="--method ppo with it")
     with counting_progress(steps, task) as progress:
-        print(trained(task, out, steps, seed, workers, progress, dask))
+        if method == "evolution":
+            print(evolve(task, out, steps, seed, progress))
+        else:
+            print(trained(task, out, steps, seed, workers, progress, dask))
 
 
 def play(

@@ -139,19 +139,23 @@ class Hauling:
             self._slope_n = self._weight_n * self._slope
         latest = self._first + seen.each("control.pull_change", SIDES)
         holds = latest > SLACK_SHARE * self._first
-        whole = bool(holds.all())
-        wanted = self._ready(seen, latest) if whole else np.where(holds, self._left(), self._first)
+        pull, whole = np.where(holds, latest, 0.0), bool(holds.all())
+        left = self._first if whole else np.where(holds, self._left_n(seen, pull), self._first)
+        wanted = self._ready(seen, latest) if whole else left
         lacking = np.minimum(wanted, MOST_N) - latest
         if not whole:
             lacking = np.maximum(lacking, 0.0)  # what is left of the ropes is never given away
         speeds = lacking / ROPE_N_M / self.reaction_s / HAUL_M_S
         raised = np.asarray(self._raised_m_s(seen, holds)) / RAISE_M_S
-        shifted = self._shifted_m_s(seen, np.where(holds, latest, 0.0)) / SHIFT_SPEED_M_S
+        shifted = self._shifted_m_s(seen, pull) / SHIFT_SPEED_M_S
         action = np.clip([*speeds, *raised, shifted], -1.0, 1.0)
         return np.asarray(action, dtype=np.float32)
 
-    def _left(self) -> float:
-        """Pull that is wanted of a rope that is left alone, N: all of the slope's."""
+    def _left_n(self, seen: Readings, pull: Array) -> float:
+        """Pull that is wanted of a rope that is left alone, N, from the readings and the pulls (2),
+        N: all of the slope's.
+        """
+        del seen, pull
         return self._slope_n
 
     def _ready(self, seen: Readings, tension: Array) -> Array:

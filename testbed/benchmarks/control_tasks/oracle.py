@@ -108,7 +108,8 @@ class KeepPlan(Secure):
         del seen
         return np.full(len(tension), 0.5 * self._before * self._slope_n)
 
-    def _left(self) -> float:
+    def _left_n(self, seen: Readings, pull: Array) -> float:
+        del seen, pull
         return self._alone * self._slope_n
 
     def _raised_m_s(self, seen: Readings, holds: Flags) -> tuple[float, float]:

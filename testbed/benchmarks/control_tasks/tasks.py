@@ -19,12 +19,14 @@ from testbed.benchmarks.control_tasks.agents import (
     Yielding,
     action_of,
 )
+from testbed.benchmarks.control_tasks.corrected import FEATURES, OVER, REACH, Corrected
 from testbed.benchmarks.control_tasks.oracle import KeepPlan
 from testbed.envs import named
 from testbed.envs.drill_hole import HANDBOOK
 from testbed.envs.policies import read_policy
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
+from testbed.formats.networks import read_network
 
 QP = ("control.distribution=qp",)
 SELDOM = 5
@@ -150,4 +152,9 @@ def trained(policy: Path, task: str) -> Entrant:
     wanted = named(TASKS[task].environment)
     if named(name) != wanted:
         raise InputError("is of another task", file=policy, field="task", value=name, allowed=task)
-    return Entrant(lambda env: Trained(network))
+    over = read_network(policy)[1].get("over") if policy.suffix == ".npz" else None
+    if over is None:
+        return Entrant(lambda env: Trained(network))
+    if over != OVER or (network.inputs, network.outputs) != (len(FEATURES), len(REACH)):
+        raise InputError("corrects no rule", file=policy, field="over", value=over, allowed=OVER)
+    return Entrant(lambda env: Corrected(network))
