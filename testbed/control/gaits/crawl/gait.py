@@ -28,10 +28,6 @@ from testbed.machine.names import LEGS, ROTATION, VERTICAL
 from testbed.robot.model import attitude_gravity
 from testbed.scenario.tasks import Crawl
 
-UNLOAD_M_S = 0.005
-"""Before it swings, a foot is raised at this speed: one that is torn off makes the one across from
-it jump (E).
-"""
 UNLOADED_SHARE = 0.3
 """A foot is off the ground when it carries less than this share of the load that would tell its
 touch (E).
@@ -256,7 +252,7 @@ class CrawlGait:
         """Move the phase's foot by dt s; whether the phase has done what it is there for."""
         load_n = float(measured.load[phase.leg])
         if phase.doing is Activity.UNLOAD:
-            self._feet[phase.leg, 2] += self._scale.speed * UNLOAD_M_S * dt
+            self._feet[phase.leg, 2] += self._scale.speed * self._plan.manner.unload_m_s * dt
             return share >= 1.0 or load_n < UNLOADED_SHARE * self._ground.touch_n
         if phase.doing is Activity.SWING:
             return self._swing(phase, share, dt, measured)

@@ -102,9 +102,7 @@ class GroundSearch:
 
 
 CLEAR = 0.3
-"""Share of the time of rising after which the foot goes over, and of the time of coming down at
-which it is there.
-"""
+"""Usual share of the time of rising after which a foot goes over (E)."""
 
 
 @dataclass(frozen=True)
@@ -121,6 +119,10 @@ class Swing:
     body_to: Array
     high_m: float
     """Height of the way's top, path frame."""
+    clear: float = CLEAR
+    """Share of the time of rising after which the foot goes over, and of the time of coming down at
+    which it is there.
+    """
     rise_s: float = 1.0
     over_s: float = 1.0
     lower_s: float = 1.0
@@ -128,7 +130,9 @@ class Swing:
     @cached_property
     def duration_s(self) -> float:
         """Of the whole way."""
-        return max(CLEAR * (self.rise_s + self.lower_s) + self.over_s, self.rise_s + self.lower_s)
+        return max(
+            self.clear * (self.rise_s + self.lower_s) + self.over_s, self.rise_s + self.lower_s
+        )
 
     @cached_property
     def arrival(self) -> float:
@@ -160,7 +164,7 @@ class Swing:
         body_then (3): where the body will be at the end, if not where it was meant to be.
         """
         total = self.duration_s
-        begin, end = CLEAR * self.rise_s, total - CLEAR * self.lower_s
+        begin, end = self.clear * self.rise_s, total - self.clear * self.lower_s
         over = progress((t - begin) / (end - begin), SWING_RAMP)
         first, last = self._ends
         if body_then is not None:

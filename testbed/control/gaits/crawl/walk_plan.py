@@ -11,7 +11,7 @@ import numpy as np
 from testbed.control.gaits.crawl.footholds import Footholds, Swings
 from testbed.control.gaits.crawl.pace import Pace, progress
 from testbed.control.gaits.crawl.rope_hold import RopeHold
-from testbed.control.gaits.crawl.swing import Activity, BodyWay, GroundSearch, Phase, Swing
+from testbed.control.gaits.crawl.swing import CLEAR, Activity, BodyWay, GroundSearch, Phase, Swing
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
@@ -19,8 +19,10 @@ from testbed.scenario.tasks import Crawl
 
 SEAT_S = 0.5
 """How long a foot is seated after it has met the ground (E)."""
-UNLOAD_S = 1.0
-"""Longest time in which a foot is taken off the ground (E)."""
+UNLOAD_S, UNLOAD_M_S = 1.0, 0.005
+"""Longest time in which a foot is taken off the ground, and how fast: one that is torn off makes
+the one across from it jump (E).
+"""
 SHORTEST_SHIFT_S = 0.3
 """No shift of the body is quicker (E)."""
 SHORTEST_SWING_S = 0.5
@@ -63,6 +65,10 @@ class GaitStyle:
     """Share of the usual margin that is enough on gentle slopes."""
     haste: float = 1.0
     """See Pace."""
+    unload_m_s: float = UNLOAD_M_S
+    """Before it swings, a foot is raised at this speed."""
+    clear: float = CLEAR
+    """See Swing."""
 
 
 UNHURRIED = GaitStyle(0.0)
@@ -70,7 +76,16 @@ STYLES = {
     "two_phase": UNHURRIED,
     "wave": GaitStyle(0.5),
     "flowing": GaitStyle(0.6, flows=True),
-    "brisk": GaitStyle(0.6, flows=True, seat_s=0.15, lead_s=0.3, margin=0.6, haste=1.05),
+    "brisk": GaitStyle(
+        creep=0.75,
+        flows=True,
+        seat_s=0.15,
+        lead_s=0.5,
+        margin=0.6,
+        haste=1.2,
+        unload_m_s=0.008,
+        clear=0.15,
+    ),
 }
 
 
@@ -318,7 +333,8 @@ class WalkPlan:
         above = place + np.array([0.0, 0.0, self._ground.above_m])
         high = max(float(start[2]), float(above[2])) + self.stride.swing_height_m
         legs = self._footholds.legs
-        swing = self.timed(Swing(legs, leg, start, above, body, body + creep, high), feet)
+        way = Swing(legs, leg, start, above, body, body + creep, high, self.manner.clear)
+        swing = self.timed(way, feet)
         return [
             Phase(Activity.UNLOAD, UNLOAD_S, leg),
             Phase(Activity.SWING, swing.duration_s, leg, swing=swing),
