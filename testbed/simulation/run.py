@@ -13,7 +13,7 @@ from testbed.scenario.scenario import Scenario
 from testbed.simulation.outputs import check_out
 
 if TYPE_CHECKING:
-    from testbed.simulation.live_run import Run
+    from testbed.simulation.live_run import Run, WhenRecorded
     from testbed.world.saved import State
 
 Progress = Callable[[float, str], None]
@@ -40,6 +40,16 @@ class Beginning:
     happens: Sequence[Mapping[str, Any]] = ()
 
 
+@dataclass(frozen=True)
+class Recording:
+    """How a run is recorded (see `Run.record_in`)."""
+
+    pictures: bool = True
+    """With rendered pictures for a report, which take as long as some fifteen simulated seconds."""
+    when_recorded: WhenRecorded | None = None
+    """Told of the folder before its run is summed up."""
+
+
 @dataclass
 class RunResult:
     """What a run left: its folder, its summary and whether it was stopped from outside."""
@@ -57,15 +67,14 @@ def run_scenario(
     progress: Progress | None = None,
     beginning: Beginning | None = None,
     watch: Watch | None = None,
-    pictures: bool = True,
+    recording: Recording = Recording(),
 ) -> RunResult:
     """Simulate `scenario`, from its start or a saved state, and record it under `out`
     (`runs/<name>-<seed>[-n]`).
 
     `progress(simulated_s, word)` is called after every block of one simulated second, or of the
     seconds that `watch`, who looks before each block, wishes. The first Ctrl-C ends the run after
-    its block, a second one at once: what was recorded is kept and summed up. `pictures`: rendered
-    ones for a report, which take as long as some fifteen simulated seconds. Raises InputError
+    its block, a second one at once: what was recorded is kept and summed up. Raises InputError
     before anything is written where the scenario, the model or the output folder cannot be used,
     SimulationFault where the simulation breaks down.
     """
@@ -78,7 +87,7 @@ def run_scenario(
             run.restore(beginning.state)
             for event in beginning.happens:
                 run.happen(**event)
-        folder = run.record_in(out, pictures)
+        folder = run.record_in(out, recording.pictures, recording.when_recorded)
         with _stop_flag() as stopped:
             block = round(scenario.rates.physics_hz * (watch.every_s if watch is not None else 1.0))
             while not run.finished:
