@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from testbed.simulation.live_run import Run, WhenRecorded
     from testbed.world.saved import State
 
+TURN_S = 0.0005
+"""How long a thread waits for its turn while a run is recorded."""
 Progress = Callable[[float, str], None]
 
 
@@ -88,7 +91,7 @@ def run_scenario(
             for event in beginning.happens:
                 run.happen(**event)
         folder = run.record_in(out, recording.pictures, recording.when_recorded)
-        with _stop_flag() as stopped:
+        with _stop_flag() as stopped, _short_turns():
             block = round(scenario.rates.physics_hz * (watch.every_s if watch is not None else 1.0))
             while not run.finished:
                 if watch is None or watch.look(run):
@@ -103,6 +106,19 @@ def run_scenario(
 
 def _word(events: list[dict[str, Any]]) -> str:
     return str(events[-1]["kind"]).replace("_", " ") if events else ""
+
+
+@contextmanager
+def _short_turns() -> Iterator[None]:
+    """Lets the thread that records have its many short turns at once: with the interpreter's own
+    5 ms it falls behind the run, which then waits for it at the end.
+    """
+    before_s = sys.getswitchinterval()
+    sys.setswitchinterval(min(before_s, TURN_S))
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before_s)
 
 
 @contextmanager
