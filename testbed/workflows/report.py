@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from testbed.report.comparison import Side
 from testbed.report.comparison import page as comparison
 from testbed.report.run_report import Drawn, page, pictures_of
 from testbed.scenario.machines import machines_of
-from testbed.simulation.copies import Copy, can_copy
+from testbed.simulation.copies import Copy, SharedOut, can_copy
 from testbed.simulation.metrics import methods, run_metrics
 from testbed.simulation.residuals import residual_summary
 from testbed.simulation.runs import (
@@ -140,13 +140,18 @@ def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
 # Copies of this process that draw a run's report: they load what drawing needs on the other core
 # while the run goes on.
 
-SHARES = 2
+MOST_PICTURES = 64
+"""More than any report has."""
+FIGURES_BY_ROWS = {1: 2, 2: 1, 3: 2, 4: 5, 6: 2}
+"""Number of axes -> figures with so many in a report of a run that drills; what another run's
+report has besides is made when it is drawn.
+"""
 SHORTEST_S = 20.0
 """Simulated time of a run whose report is worth processes of its own."""
 
 
 class Drawers:
-    """Draw: half of a report's pictures by one copy, the others by a copy of that."""
+    """Draw a report's pictures: one copy of this process and a copy of that share them out."""
 
     def __init__(self, scenario: Scenario) -> None:
         """Make the first copy, and let it load what a run of `scenario` needs; what this process
@@ -181,16 +186,17 @@ class Drawers:
         if piece is None:
             self._machines = _loaded(self._scenario)
             return {}
-        other = Copy(lambda share: self._share(*piece, share))
-        other.begin(1)
-        drawn = self._share(*piece, 0)
-        drawn |= other.results()[0]
-        other.close()
-        return drawn
+        with (
+            closing(SharedOut(MOST_PICTURES)) as wanted,
+            closing(Copy(lambda _: self._share(*piece, wanted))) as other,
+        ):
+            other.begin(None)
+            drawn = self._share(*piece, wanted)
+            return drawn | other.results()[0]
 
-    def _share(self, folder: Path, told: dict[str, Any], share: int) -> dict[int, Drawn]:
-        """Every SHARES-th picture from `share` on."""
-        run, wanted = open_run(folder), range(share, 10**6, SHARES)
+    def _share(self, folder: Path, told: dict[str, Any], wanted: SharedOut) -> dict[int, Drawn]:
+        """Those of the pictures that nobody else has begun."""
+        run = open_run(folder)
         nominal_n = nominal_load_n(self._machines.belief)
         found = residual_summary(run.data, methods(run.data), nominal_n)
         told = told | {"residuals": found}
@@ -216,10 +222,11 @@ def _loaded(scenario: Scenario) -> Machines:
     """
     import pyarrow.parquet  # noqa: F401
 
-    from testbed.report.style import new_figure, svg
+    from testbed.report.style import new_figure, prepare_figures, svg
     from testbed.robot.robot import Robot
 
     svg(new_figure(1, 2.0)[0], "first")
+    prepare_figures(FIGURES_BY_ROWS)
     machines = machines_of(scenario)
     Robot.of(machines.truth)
     return machines
