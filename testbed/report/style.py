@@ -9,12 +9,13 @@ import io
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 if TYPE_CHECKING:
     from markupsafe import Markup
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.gridspec import GridSpec
 
 WIDTH_IN = 4.5
 """Figures are this wide, so that their text stays readable on a phone and two fit side by side on a
@@ -70,7 +71,14 @@ def method_style(method: str) -> tuple[str, str]:
     return METHOD_STYLE.get(method, (VERMILION, "-."))
 
 
-Blank = tuple["Figure", list["Axes"]]
+class Blank(NamedTuple):
+    """A figure of some axes over one shared time axis, with nothing in it yet."""
+
+    figure: Figure
+    axes: list[Axes]
+    grid: GridSpec
+
+
 _blanks: dict[int, list[Blank]] = {}
 """Figures that were made before they are needed, by their number of axes."""
 TICKS = 9
@@ -78,12 +86,11 @@ TICKS = 9
 
 
 def _blank(rows: int) -> Blank:
-    """A figure of `rows` axes over one shared time axis, with nothing in it yet."""
     from matplotlib.figure import Figure
 
     figure = Figure()
-    axes = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
-    return figure, axes
+    grid = figure.add_gridspec(rows, 1)
+    return Blank(figure, list(grid.subplots(sharex=True, squeeze=False)[:, 0]), grid)
 
 
 def prepare_figures(figures_by_rows: Mapping[int, int]) -> None:
@@ -95,7 +102,7 @@ def prepare_figures(figures_by_rows: Mapping[int, int]) -> None:
     with matplotlib.rc_context(cast(Any, RC)):
         for rows, count in figures_by_rows.items():
             made = [_blank(rows) for _ in range(count)]
-            for ax in (ax for _, axes in made for ax in axes):
+            for ax in (ax for blank in made for ax in blank.axes):
                 ax.xaxis.get_major_ticks(TICKS)
                 ax.yaxis.get_major_ticks(TICKS)
             _blanks.setdefault(rows, []).extend(made)
@@ -109,9 +116,9 @@ def new_figure(
     The margins are set by hand: matplotlib's own layout draws every figure twice.
     """
     ready = _blanks.get(rows)
-    figure, axes = ready.pop() if ready else _blank(rows)
+    figure, axes, grid = ready.pop() if ready else _blank(rows)
     figure.set_size_inches(WIDTH_IN, height_in)
-    axes[0].get_gridspec().set_height_ratios(ratios)
+    grid.set_height_ratios(ratios)
     top_in = 0.24 + 0.19 * legend_rows + (0.06 if legend_rows else 0.0)
     axis_in = (height_in - top_in - 0.46 - 0.36 * (rows - 1)) / rows
     figure.subplots_adjust(

@@ -192,7 +192,8 @@ class Drawers:
         ):
             other.begin(None)
             drawn = self._share(*piece, wanted)
-            return drawn | other.results()[0]
+            drawn |= other.results()[0]
+        return drawn
 
     def _share(self, folder: Path, told: dict[str, Any], wanted: SharedOut) -> dict[int, Drawn]:
         """Those of the pictures that nobody else has begun."""
