@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from shipped import MACHINE
 from walking_machine import LEGS, LOADS, START, TICK, at_the_start, crawl, step
 
 from testbed.control.gaits.crawl.pace import FREE_SHARE, SWING_RAMP, Pace
-from testbed.control.gaits.crawl.swing import Activity, Swing
+from testbed.control.gaits.crawl.swing import CLEAR, Activity, Swing
 
 ARMS = np.tile([0.19, 1.0, 1.0], 4)
 PACE = Pace(MACHINE, ARMS)
@@ -33,6 +34,18 @@ def test_a_swing_leads_from_its_start_over_its_top_to_its_end() -> None:
     assert places[:, 2].max() == pytest.approx(way.start[2] + 0.16, abs=1e-9)
     high = np.flatnonzero(places[:, 2] > way.start[2] + 0.12)
     np.testing.assert_allclose(places[: high[0] // 3, 0], way.start[0], atol=0.005)
+
+
+def test_a_foot_that_goes_over_sooner_gains_that_share_of_rise_and_descent_and_is_clear() -> None:
+    """Half of the usual share: at a foot's first centimetre ahead it is still 4 mm up at least."""
+    usual = swing(0.4, 0.06, above=0.01)
+    sooner = replace(usual, clear=0.5 * CLEAR)
+    gained = 0.5 * CLEAR * (usual.rise_s + usual.lower_s)
+    assert usual.duration_s - sooner.duration_s == pytest.approx(gained)
+    times = np.linspace(0.0, sooner.duration_s, 1001)
+    places = np.array([sooner.foot(t, np.zeros(3)) for t in times])
+    ahead = places[np.argmax(places[:, 0] > sooner.start[0] + 0.01)]
+    assert ahead[2] > sooner.start[2] + 0.004
 
 
 def test_rise_and_descent_take_what_the_vertical_valve_needs() -> None:
