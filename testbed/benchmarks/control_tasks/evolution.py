@@ -23,7 +23,6 @@ import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -187,8 +186,9 @@ def _read(out: Path) -> Course:
         return Course(0, 0, np.zeros(SHAPE), np.zeros(SHAPE), np.zeros(()), [])
     try:
         with np.load(file, allow_pickle=False) as kept:
-            found: dict[str, Any] = {name: kept[name] for name in kept.files}
-        words = {"generation": int, "steps": int, "lines": lambda lines: [str(x) for x in lines]}
-        return Course(**{name: words.get(name, np.array)(found[name]) for name in found})
-    except (OSError, ValueError, TypeError, zipfile.BadZipFile) as error:
+            generation, steps = int(kept["generation"]), int(kept["steps"])
+            mean, running, square = (kept[name] for name in ("mean", "running", "square"))
+            lines = [str(line) for line in kept["lines"]]
+        return Course(generation, steps, mean, running, square, lines)
+    except (OSError, ValueError, TypeError, KeyError, zipfile.BadZipFile) as error:
         raise InputError("is no state of a training", file=file, field="--out") from error

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.control_tasks import evolution
-from testbed.benchmarks.control_tasks.agents import Secure
+from testbed.benchmarks.control_tasks.agents import STEP_S, Secure
 from testbed.benchmarks.control_tasks.corrected import FEATURES, OVER, REACH, Corrected
+from testbed.benchmarks.control_tasks.episodes import episode
 from testbed.benchmarks.control_tasks.evolution import SHAPE, correction, evolve
-from testbed.benchmarks.control_tasks.tasks import trained
+from testbed.benchmarks.control_tasks.tasks import TASKS, Entrant, trained
 from testbed.cli.models import train
 from testbed.envs.observations import KEEP_TABLE
 from testbed.errors import InputError
@@ -110,6 +111,17 @@ def test_a_training_that_was_killed_at_any_generation_ends_with_the_same_weights
     assert episodes[0] == episodes[1] and episodes[0].count("\n") == 21
 
 
+@pytest.mark.slow
+def test_a_try_that_goes_on_from_the_fault_is_the_whole_episode_to_the_last_bit() -> None:
+    """Weights of zero score what the secure pull does in one go; others score something else."""
+    some = np.zeros(SHAPE)
+    some[3, -1] = -0.5
+    (rule, other, again), steps = evolution._scores("keep", 50_001, [np.zeros(SHAPE), some, some])
+    assert rule == episode(TASKS["keep"], Entrant(lambda env: Secure()), 50_001)["score"]
+    assert other == again != rule
+    assert 1.4 / STEP_S < steps < 3 * 80
+
+
 def test_what_cannot_be_learnt_so_is_refused_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -124,6 +136,9 @@ def test_what_cannot_be_learnt_so_is_refused_in_one_line(
     evolve("keep", tmp_path / "mine", 100, seed=1)
     with pytest.raises(InputError, match="holds another training, of seed 1"):
         evolve("keep", tmp_path / "mine", 100, seed=2)
+    (tmp_path / "mine" / "state.npz").write_bytes(b"no archive")
+    with pytest.raises(InputError, match=r"state\.npz.*no state of a training"):
+        evolve("keep", tmp_path / "mine", 1000)
 
 
 def test_a_policy_that_does_not_fit_the_rule_is_no_entrant(tmp_path: Path) -> None:
