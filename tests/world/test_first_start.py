@@ -121,7 +121,9 @@ def test_each_family_of_a_row_has_a_process_of_its_own_and_its_turn(
     families = {name: lambda name=name: note(name) for name in "abc"}
     monkeypatch.setattr(first_start, "FAMILIES", families)
     first_start.compile_row("abc")
-    names, processes = zip(*map(str.split, (tmp_path / "done").read_text().splitlines()), strict=True)
+    names, processes = zip(
+        *map(str.split, (tmp_path / "done").read_text().splitlines()), strict=True
+    )
     assert names == ("a", "b", "c")
     assert len({*processes, str(os.getpid())}) == 4
 
