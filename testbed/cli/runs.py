@@ -38,7 +38,7 @@ def run(
 
     from testbed.report.console import print_run, run_progress, run_status, waiting
     from testbed.resources import scenario as scenario_path
-    from testbed.simulation.run import run_scenario
+    from testbed.simulation.run import Recording, run_scenario
     from testbed.workflows.report import drawers
 
     loaded = changes.of(scenario)
@@ -46,7 +46,8 @@ def run(
         with naming(scenario_path(scenario)), ExitStack() as shown:
             watch = shown.enter_context(_in_the_browser(loaded)) if live else None
             progress = shown.enter_context(run_progress(loaded.duration_s, loaded.name))
-            result = run_scenario(loaded, out, model, gui, progress, watch=watch)
+            told = Recording(when_recorded=helpers.begin if helpers is not None else None)
+            result = run_scenario(loaded, out, model, gui, progress, watch=watch, recording=told)
         from testbed.workflows.report import write_report
 
         with waiting("writing the report"):

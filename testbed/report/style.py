@@ -7,14 +7,15 @@ from __future__ import annotations
 import hashlib
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 if TYPE_CHECKING:
     from markupsafe import Markup
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.gridspec import GridSpec
 
 WIDTH_IN = 4.5
 """Figures are this wide, so that their text stays readable on a phone and two fit side by side on a
@@ -70,6 +71,43 @@ def method_style(method: str) -> tuple[str, str]:
     return METHOD_STYLE.get(method, (VERMILION, "-."))
 
 
+class Blank(NamedTuple):
+    """A figure of some axes over one shared time axis, with nothing in it yet."""
+
+    figure: Figure
+    axes: list[Axes]
+    grid: GridSpec
+
+
+_blanks: dict[int, list[Blank]] = {}
+"""Figures that were made before they are needed, by their number of axes."""
+TICKS = 9
+"""Ticks of an axis that are made with it: an axis with fewer does not draw the others."""
+
+
+def _blank(rows: int) -> Blank:
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    grid = figure.add_gridspec(rows, 1)
+    return Blank(figure, list(grid.subplots(sharex=True, squeeze=False)[:, 0]), grid)
+
+
+def prepare_figures(figures_by_rows: Mapping[int, int]) -> None:
+    """Make so many figures of so many axes now, ticks and all, which is most of what drawing one
+    costs; new_figure takes them where they fit.
+    """
+    import matplotlib
+
+    with matplotlib.rc_context(cast(Any, RC)):
+        for rows, count in figures_by_rows.items():
+            made = [_blank(rows) for _ in range(count)]
+            for ax in (ax for blank in made for ax in blank.axes):
+                ax.xaxis.get_major_ticks(TICKS)
+                ax.yaxis.get_major_ticks(TICKS)
+            _blanks.setdefault(rows, []).extend(made)
+
+
 def new_figure(
     rows: int, height_in: float, ratios: list[float] | None = None, legend_rows: int = 0
 ) -> tuple[Figure, list[Axes]]:
@@ -77,12 +115,10 @@ def new_figure(
 
     The margins are set by hand: matplotlib's own layout draws every figure twice.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(WIDTH_IN, height_in))
-    grid = figure.subplots(
-        rows, 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": ratios}
-    )
+    ready = _blanks.get(rows)
+    figure, axes, grid = ready.pop() if ready else _blank(rows)
+    figure.set_size_inches(WIDTH_IN, height_in)
+    grid.set_height_ratios(ratios)
     top_in = 0.24 + 0.19 * legend_rows + (0.06 if legend_rows else 0.0)
     axis_in = (height_in - top_in - 0.46 - 0.36 * (rows - 1)) / rows
     figure.subplots_adjust(
@@ -92,7 +128,7 @@ def new_figure(
         bottom=0.46 / height_in,
         hspace=0.36 / axis_in,
     )
-    return figure, list(grid[:, 0])
+    return figure, axes
 
 
 @contextmanager

@@ -65,6 +65,30 @@ class Copy:
             os.waitpid(self._process, 0)
 
 
+class SharedOut:
+    """Numbers from 0 on that a process and its copies share out among them: each belongs to the one
+    that asks for it first. Every one of them must ask in rising order.
+    """
+
+    def __init__(self, count: int) -> None:
+        """count: of numbers, at most 256."""
+        self._numbers, line = os.pipe()
+        os.write(line, bytes(range(count)))
+        os.close(line)
+        self._mine = -1
+
+    def __contains__(self, number: object) -> bool:
+        assert isinstance(number, int)
+        while self._mine < number:
+            told = os.read(self._numbers, 1)
+            self._mine = told[0] if told else sys.maxsize
+        return self._mine == number
+
+    def close(self) -> None:
+        """Give back what it holds of the system."""
+        os.close(self._numbers)
+
+
 def _serve(work: Callable[[Any], Any], line: Connection) -> None:
     """In the copy: piece after piece, and an end that leaves everything that belongs to both
     alone.

@@ -15,7 +15,7 @@ run`.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -40,7 +40,7 @@ from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.rows import Rows
 from testbed.simulation.run_folder import RunFolder
 from testbed.simulation.run_observers import RunObservers
-from testbed.simulation.run_summary import Ending, summary_of_run
+from testbed.simulation.run_summary import Ending, summary_of_run, told_by_world
 from testbed.world.saved import State, read_state
 from testbed.world.simulation import Simulation
 
@@ -84,6 +84,9 @@ def simulate(
     return run
 
 
+WhenRecorded = Callable[[Path, dict[str, Any]], None]
+
+
 class Happening(Checked):
     """What `Run.happen` is told."""
 
@@ -109,14 +112,24 @@ class Run:
         """Closed before it was finished."""
         self._last: tuple[Array, Array] | None = None
         self._folder: RunFolder | None = None
+        self._when_recorded: WhenRecorded | None = None
         self._holding = ExitStack()
         self._fault: BaseException | None = None
         self._started = time.perf_counter()
         self._closed: dict[str, Any] | None = None
 
-    def record_in(self, out: str | Path | None, pictures: bool = True) -> Path:
+    def record_in(
+        self,
+        out: str | Path | None,
+        pictures: bool = True,
+        when_recorded: WhenRecorded | None = None,
+    ) -> Path:
         """Write all that comes to the folder `out` too (None: `runs/<name>-<seed>[-n]`), with
         rendered pictures or without; an earlier run is removed.
+
+        when_recorded: called with the folder and what the world tells of the run (see
+        `told_by_world`) once all rows are in their files, before they are summed up; not where
+        rows are lost.
 
         Returns the folder. Raises InputError, and is closed, where it cannot be written.
         """
@@ -124,6 +137,7 @@ class Run:
         try:
             folder = self._holding.enter_context(claimed(out, scenario.name, scenario.seed))
             self._folder = RunFolder(folder, self._simulation, pictures)
+            self._when_recorded = when_recorded
         except BaseException:
             self._closed = {}
             self._holding.close()
@@ -310,6 +324,8 @@ class Run:
     def _sum_up(self, lost: InputError | None) -> dict[str, Any]:
         if lost is not None and self._fault is None:
             self._fault, self.interrupted = lost, True
+        if lost is None and self.folder is not None and self._when_recorded is not None:
+            self._when_recorded(self.folder, told_by_world(self._simulation))
         self._closed = self.summary()
         return self._closed
 

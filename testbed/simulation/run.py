@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,9 +14,11 @@ from testbed.scenario.scenario import Scenario
 from testbed.simulation.outputs import check_out
 
 if TYPE_CHECKING:
-    from testbed.simulation.live_run import Run
+    from testbed.simulation.live_run import Run, WhenRecorded
     from testbed.world.saved import State
 
+TURN_S = 0.0005
+"""How long a thread waits for its turn while a run is recorded."""
 Progress = Callable[[float, str], None]
 
 
@@ -40,6 +43,16 @@ class Beginning:
     happens: Sequence[Mapping[str, Any]] = ()
 
 
+@dataclass(frozen=True)
+class Recording:
+    """How a run is recorded (see `Run.record_in`)."""
+
+    pictures: bool = True
+    """With rendered pictures for a report, which take as long as some fifteen simulated seconds."""
+    when_recorded: WhenRecorded | None = None
+    """Told of the folder before its run is summed up."""
+
+
 @dataclass
 class RunResult:
     """What a run left: its folder, its summary and whether it was stopped from outside."""
@@ -57,15 +70,14 @@ def run_scenario(
     progress: Progress | None = None,
     beginning: Beginning | None = None,
     watch: Watch | None = None,
-    pictures: bool = True,
+    recording: Recording = Recording(),
 ) -> RunResult:
     """Simulate `scenario`, from its start or a saved state, and record it under `out`
     (`runs/<name>-<seed>[-n]`).
 
     `progress(simulated_s, word)` is called after every block of one simulated second, or of the
     seconds that `watch`, who looks before each block, wishes. The first Ctrl-C ends the run after
-    its block, a second one at once: what was recorded is kept and summed up. `pictures`: rendered
-    ones for a report, which take as long as some fifteen simulated seconds. Raises InputError
+    its block, a second one at once: what was recorded is kept and summed up. Raises InputError
     before anything is written where the scenario, the model or the output folder cannot be used,
     SimulationFault where the simulation breaks down.
     """
@@ -78,8 +90,8 @@ def run_scenario(
             run.restore(beginning.state)
             for event in beginning.happens:
                 run.happen(**event)
-        folder = run.record_in(out, pictures)
-        with _stop_flag() as stopped:
+        folder = run.record_in(out, recording.pictures, recording.when_recorded)
+        with _stop_flag() as stopped, _short_turns():
             block = round(scenario.rates.physics_hz * (watch.every_s if watch is not None else 1.0))
             while not run.finished:
                 if watch is None or watch.look(run):
@@ -94,6 +106,19 @@ def run_scenario(
 
 def _word(events: list[dict[str, Any]]) -> str:
     return str(events[-1]["kind"]).replace("_", " ") if events else ""
+
+
+@contextmanager
+def _short_turns() -> Iterator[None]:
+    """Lets the thread that records have its many short turns at once: with the interpreter's own
+    5 ms it falls behind the run, which then waits for it at the end.
+    """
+    before_s = sys.getswitchinterval()
+    sys.setswitchinterval(min(before_s, TURN_S))
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before_s)
 
 
 @contextmanager

@@ -235,6 +235,18 @@ def loss_rule(simulation: Any) -> LossRule:
     return LossRule(nominal_load_n(simulation.machines.belief), told.loss_share, told.loss_s)
 
 
+def told_by_world(simulation: Any) -> dict[str, Any]:
+    """What a Simulation's summary holds of the slope, the world and the events, which no recorded
+    column is read for.
+    """
+    told = {
+        "slope_deg": simulation.scenario.terrain.slope_deg,
+        **world_summary(simulation),
+        "events": list(simulation.events),
+    }
+    return dict(plain(told))
+
+
 def summary_of_run(
     simulation: Any, data: Columns, truth: Columns, ending: Ending
 ) -> dict[str, Any]:
@@ -258,12 +270,11 @@ def summary_of_run(
         "planned_s": scenario.duration_s,
         "simulated_s": float(truth["t"][-1]) if len(truth["t"]) else 0.0,
         "wall_s": ending.wall_s,
-        "slope_deg": scenario.terrain.slope_deg,
         "task": scenario.task.kind,
         "undeclared": [effect.model_dump() for effect in scenario.undeclared],
         "machine": scenario.machine.model_dump(),
     }
-    for part in (figures, world_summary(simulation), {"events": list(simulation.events)}):
+    for part in (figures, told_by_world(simulation)):
         twice = summary.keys() & part.keys()
         assert not twice, f"{sorted(twice)} of a summary are worked out in two places"
         summary |= part

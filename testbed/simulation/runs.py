@@ -98,21 +98,22 @@ def _opened(folder: Path, name: str, rows: int) -> Columns:
 
 
 class Series(Mapping[str, Array]):
-    """Columns of a run's file by their names, each read when it is asked for; the last KEPT of them
-    stay in memory.
+    """Columns of a run's file by their names, each read when it is asked for; the last ones stay in
+    memory, as many as KEPT_BYTES hold and FEWEST_KEPT at least.
     """
 
-    KEPT = 4
+    KEPT_BYTES, FEWEST_KEPT = 16_000_000, 4
 
     def __init__(self, path: Path, rows: int) -> None:
         """Of its columns the first `rows`. Raises InputError where it is no readable table."""
         import pyarrow.parquet as pq
 
         with readable(path):
-            self._file = pq.ParquetFile(path)
+            self._file = pq.ParquetFile(path, pre_buffer=False)  # half the time a column
         self._path, self._rows = path, rows
         self._stored = {current(name): name for name in self._file.schema_arrow.names}
-        self._column = lru_cache(self.KEPT)(self._read)
+        kept = max(self.KEPT_BYTES // (8 * max(rows, 1)), self.FEWEST_KEPT)
+        self._column = lru_cache(kept)(self._read)
 
     def _read(self, name: str) -> Array:
         with readable(self._path):

@@ -15,7 +15,7 @@ from testbed.errors import InputError, SimulationFault
 from testbed.formats.files import OccupiedError, make_folder, owned, write_json, write_text
 from testbed.formats.yaml_files import flattened
 from testbed.scenario.sweep import Sweep, SweepRun
-from testbed.simulation.run import run_scenario
+from testbed.simulation.run import Recording, run_scenario
 from testbed.simulation.workers import HERE, Workers, work_through
 
 Progress = Callable[[int], None]
@@ -133,7 +133,7 @@ def make_run(job: Job) -> bool:
             if summary_of(job.folder) is not None:
                 return False
             interrupted = run_scenario(
-                job.run.scenario, job.folder, pictures=job.keeps_series
+                job.run.scenario, job.folder, recording=Recording(job.keeps_series)
             ).interrupted
     except (SimulationFault, OccupiedError):
         return False

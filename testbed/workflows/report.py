@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from testbed.errors import InputError
+from testbed.estimation.contact_losses import LossRule, nominal_load_n
 from testbed.formats.files import check_file, owned, write_text
 from testbed.report.comparison import Side
 from testbed.report.comparison import page as comparison
-from testbed.report.run_report import Drawn, page
-from testbed.report.run_report import pictures_of as report_pictures
-from testbed.simulation.copies import Copy, can_copy
+from testbed.report.run_report import Drawn, page, pictures_of
+from testbed.scenario.machines import machines_of
+from testbed.simulation.copies import Copy, SharedOut, can_copy
+from testbed.simulation.metrics import methods, run_metrics
+from testbed.simulation.residuals import residual_summary
 from testbed.simulation.runs import (
     SCENARIO,
     RecordedRun,
@@ -25,6 +28,7 @@ from testbed.simulation.runs import (
 
 if TYPE_CHECKING:
     from testbed.machine.model import Machine
+    from testbed.scenario.machines import Machines
     from testbed.scenario.scenario import Scenario
     from testbed.scenario.terrain import Terrain
 
@@ -32,24 +36,17 @@ if TYPE_CHECKING:
 def write_report(folder: str | Path, helpers: Drawers | None = None) -> Path:
     """Write `report.html` into a run's folder and return its path; works for a killed run too.
 
-    helpers: processes that draw its pictures meanwhile. Raises InputError where the folder holds no
-    readable run, and while the run is still being made.
+    helpers: processes that may have begun to draw its pictures. Raises InputError where the folder
+    holds no readable run, and while the run is still being made.
     """
     check_run(folder)
     with owned(folder, field=None) as path:
         run, report = open_run(path), path / "report.html"
         with _shown(path):
-            if helpers is not None:
-                helpers.begin(path)
-            text = page(run, *_of(run), helpers.drawn if helpers is not None else None)
+            drawn = helpers.drawn if helpers is not None and helpers.begun else None
+            text = page(run, *_of(run), drawn)
         write_text(report, text)
     return report
-
-
-def pictures_of(folder: Path, wanted: Container[int]) -> dict[int, Drawn]:
-    """The pictures of a run's report by their number, those that are wanted."""
-    run = open_run(folder)
-    return report_pictures(run, *_of(run), wanted)
 
 
 def _of(run: RecordedRun) -> tuple[dict[str, Any], Machine, Terrain | None]:
@@ -119,9 +116,6 @@ def _shown(folder: Path) -> Iterator[None]:
 
 def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
     """What can be said of a run that was killed before it was summed up."""
-    from testbed.estimation.contact_losses import LossRule, nominal_load_n
-    from testbed.simulation.metrics import run_metrics
-
     scenario = _settings(run.folder)
     slope_deg = float((scenario.get("terrain") or {}).get("slope_deg") or 0.0)
     rows = len(run.time_s)
@@ -146,13 +140,18 @@ def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
 # Copies of this process that draw a run's report: they load what drawing needs on the other core
 # while the run goes on.
 
-SHARES = 2
+MOST_PICTURES = 64
+"""More than any report has."""
+FIGURES_BY_ROWS = {1: 2, 2: 1, 3: 2, 4: 5, 6: 2}
+"""Number of axes -> figures with so many in a report of a run that drills; what another run's
+report has besides is made when it is drawn.
+"""
 SHORTEST_S = 20.0
 """Simulated time of a run whose report is worth processes of its own."""
 
 
 class Drawers:
-    """Draw: half of a report's pictures by one copy, the others by a copy of that."""
+    """Draw a report's pictures: one copy of this process and a copy of that share them out."""
 
     def __init__(self, scenario: Scenario) -> None:
         """Make the first copy, and let it load what a run of `scenario` needs; what this process
@@ -160,12 +159,18 @@ class Drawers:
         """
         import testbed.simulation.live_run  # noqa: F401
 
-        self._copy = Copy(_draw)
-        self._copy.begin(scenario)
+        self.begun = False
+        """Whether there is a run that they draw."""
+        self._scenario = scenario
+        self._copy = Copy(self._work)
+        self._copy.begin(None)
 
-    def begin(self, folder: Path) -> None:
-        """Begin to draw all pictures of the run in `folder`."""
-        self._copy.begin(folder)
+    def begin(self, folder: Path, told: dict[str, Any]) -> None:
+        """Begin to draw all pictures of the run whose rows are in `folder`, of which the world
+        tells so much (see `told_by_world`); it need not be summed up yet.
+        """
+        self.begun = True
+        self._copy.begin((folder, told))
 
     def drawn(self) -> list[Drawn]:
         """The pictures, in order. Raises what drawing raises."""
@@ -175,6 +180,28 @@ class Drawers:
     def close(self) -> None:
         """End it."""
         self._copy.close()
+
+    def _work(self, piece: tuple[Path, dict[str, Any]] | None) -> dict[int, Drawn]:
+        """In the copy: the pictures of a run by their number; without one, load what all need."""
+        if piece is None:
+            self._machines = _loaded(self._scenario)
+            return {}
+        with (
+            closing(SharedOut(MOST_PICTURES)) as wanted,
+            closing(Copy(lambda _: self._share(*piece, wanted))) as other,
+        ):
+            other.begin(None)
+            drawn = self._share(*piece, wanted)
+            drawn |= other.results()[0]
+        return drawn
+
+    def _share(self, folder: Path, told: dict[str, Any], wanted: SharedOut) -> dict[int, Drawn]:
+        """Those of the pictures that nobody else has begun."""
+        run = open_run(folder)
+        nominal_n = nominal_load_n(self._machines.belief)
+        found = residual_summary(run.data, methods(run.data), nominal_n)
+        told = told | {"residuals": found}
+        return pictures_of(run, told, self._machines.truth, self._scenario.terrain, wanted)
 
 
 @contextmanager
@@ -190,31 +217,17 @@ def drawers(scenario: Scenario) -> Iterator[Drawers | None]:
         them.close()
 
 
-def _draw(folder: Path | Scenario) -> dict[int, Drawn]:
-    """Number of a picture -> the picture; before there is a folder, load what all of them need."""
-    if not isinstance(folder, Path):
-        _load(folder)
-        return {}
-    other = Copy(lambda share: _share(folder, share))
-    other.begin(1)
-    drawn = _share(folder, 0)
-    drawn |= other.results()[0]
-    other.close()
-    return drawn
-
-
-def _load(scenario: Scenario) -> None:
-    """The drawing library with its fonts, the machine's kinematics, and what reads a run."""
+def _loaded(scenario: Scenario) -> Machines:
+    """The run's machines; with them the drawing library and its fonts, the kinematics, and what
+    reads a run.
+    """
     import pyarrow.parquet  # noqa: F401
 
-    from testbed.report.style import new_figure, svg
+    from testbed.report.style import new_figure, prepare_figures, svg
     from testbed.robot.robot import Robot
-    from testbed.scenario.machines import machines_of
 
     svg(new_figure(1, 2.0)[0], "first")
-    Robot.of(machines_of(scenario).truth)
-
-
-def _share(folder: Path, share: int) -> dict[int, Drawn]:
-    """Every SHARES-th picture from `share` on."""
-    return pictures_of(folder, range(share, 10**6, SHARES))
+    prepare_figures(FIGURES_BY_ROWS)
+    machines = machines_of(scenario)
+    Robot.of(machines.truth)
+    return machines

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import re
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from testbed.report.run_parts import friction_use
 from testbed.report.series import busiest, course, envelope, limits
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.pictures import Album, pictures
+from testbed.simulation.run import Recording, run_scenario
 from testbed.workflows.report import SHORTEST_S, Drawers, drawers, write_report
 
 
@@ -82,7 +84,6 @@ def test_it_is_made_for_phones_and_for_paper(report: str) -> None:
 
 
 def test_what_a_user_wrote_is_not_taken_for_html(tmp_path: Path) -> None:
-    import json
 
     folder = write_synthetic_run(tmp_path / "run", 0.015)  # too short to draw
     summary = json.loads((folder / "summary.json").read_text())
@@ -181,13 +182,16 @@ def test_a_foot_uses_all_its_grip_when_its_force_leans_by_the_friction_angle() -
 
 @pytest.mark.slow
 def test_processes_that_draw_leave_the_same_page(tmp_path: Path) -> None:
-    folder = write_synthetic_run(tmp_path / "run", 8.0)
-    alone = write_report(folder).read_text()
-    helpers = Drawers(load_scenario("stand_flat"))
+    scenario = load_scenario("drill_slope_45", duration=3.0)
+    helpers = Drawers(scenario)
     try:
-        assert write_report(folder, helpers).read_text() == alone
+        recording = Recording(when_recorded=helpers.begin)
+        folder = run_scenario(scenario, tmp_path / "run", recording=recording).folder
+        together = write_report(folder, helpers).read_text()
     finally:
         helpers.close()
+    assert helpers.begun
+    assert write_report(folder).read_text() == together
 
 
 def test_a_short_run_draws_its_report_itself() -> None:

@@ -15,7 +15,7 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.scenario.scenario import load_scenario
-from testbed.simulation.copies import Copy, can_copy
+from testbed.simulation.copies import Copy, SharedOut, can_copy
 from testbed.simulation.pictures import Album, pictures
 from testbed.world.simulation import Simulation
 
@@ -133,3 +133,15 @@ def test_what_was_seen_is_shown_again(tmp_path: Path) -> None:
 def test_one_of_several_workers_has_no_core_for_a_copy() -> None:
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as workers:
         assert not workers.submit(can_copy).result()
+
+
+@copied
+def test_numbers_that_are_shared_out_go_to_one_of_two_each() -> None:
+    numbers = SharedOut(200)
+    copy = Copy(lambda _: [number for number in range(210) if number in numbers])
+    copy.begin(None)
+    here = [number for number in range(210) if number in numbers]
+    there = copy.results()[0]
+    copy.close()
+    numbers.close()
+    assert sorted(here + there) == list(range(200))

@@ -95,17 +95,35 @@ def test_every_family_is_compiled_once_and_after_those_that_it_is_made_of(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     """A child that fails is no fault: the step that needs what it was to compile, compiles it."""
-    done: list[str] = []
+    rows: list[int] = []
     monkeypatch.setattr(first_start, "caches", lambda: tmp_path)
     monkeypatch.setattr(first_start, "is_cached", lambda _: False)
     monkeypatch.setattr(
-        first_start.subprocess, "run", lambda command, **options: done.append(command[-1])
+        first_start.subprocess, "run", lambda command, **options: rows.append(int(command[-1]))
     )
     first_start.compile_apart()
+    assert sorted(rows) == list(range(len(first_start.ROWS)))
+    done = [family for row in rows for family in first_start.ROWS[row]]
     assert set(done) == set(first_start.FAMILIES) and len(done) == len(set(done))
     order = [done.index(name) for name in ("balance", "body", "chain", "step")]
     assert order == sorted(order) and done.index("hydraulics") < done.index("plant")
     assert capsys.readouterr().err.count("first start") == 1
+
+
+def test_each_family_of_a_row_has_a_process_of_its_own_and_its_turn(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def note(name: str) -> None:
+        with (tmp_path / "done").open("a") as file:
+            file.write(f"{name} {os.getpid()}\n")
+        raise RuntimeError  # no fault of the row
+
+    families = {name: lambda name=name: note(name) for name in "abc"}
+    monkeypatch.setattr(first_start, "FAMILIES", families)
+    first_start.compile_row("abc")
+    names, processes = zip(*map(str.split, (tmp_path / "done").read_text().splitlines()), strict=True)
+    assert names == ("a", "b", "c")
+    assert len({*processes, str(os.getpid())}) == 4
 
 
 def test_where_nothing_can_be_cached_no_child_compiles_in_vain(
