@@ -17,7 +17,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from testbed.effects.signature import RobotSeen, Signature
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import (
     Coordinate,
     FlowTerms,
@@ -138,6 +138,10 @@ class Effect:
     alike: ClassVar[Mapping[str, str]] = {}
     """Effects that it is easily taken for -> what would tell them apart."""
 
+    bends: ClassVar[tuple[str, ...]] = ()
+    """Parameters in which the robot's balances are far from linear: once it is named they are found
+    by `made`.
+    """
     lowest: ClassVar[float | None] = None
     """Below which no number of its signature can lie; None: as its parameters' bounds have it."""
     usual: ClassVar[float | None] = None
@@ -184,6 +188,10 @@ class Effect:
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """Its parameters from the numbers of its signature."""
         return dict(linear)
+
+    def made(self, seen: RobotSeen, place: str, values: Values) -> Change:
+        """What the balances miss by these values of the parameters in `bends`, by its law."""
+        raise NotImplementedError(self.kind)
 
     def least(self, number: str) -> float:
         """Below which a number of its signature cannot lie, or is no such effect; -inf: it may be

@@ -47,6 +47,7 @@ class Cushion(Effect):
         "friction.position": "friction changes its sign with the direction of motion, a cushion does not",
     }
     hides = {"stiffness": "extra.cushion_stiffness", "start": "extra.cushion_start"}
+    bends = ("stiffness", "start")
     lowest = 0.0
     usual = 3.0e4
 
@@ -101,6 +102,12 @@ class Cushion(Effect):
         whole = float(parts.sum())
         start = float(parts @ starts) / whole if whole else float(starts[-1])
         return {"stiffness": whole, "start": float(np.clip(start, starts[0], starts[-1]))}
+
+    def made(self, seen: RobotSeen, place: str, values: Values) -> Change:
+        """One cushion alone."""
+        i = seen.axis(place)
+        push = force_n(seen.extension_m[:, i], values["stiffness"], values["start"])
+        return Change(force={i: -np.asarray(push)})
 
 
 TRIED, BEYOND_M = (0.35, 0.65, 1.0), 0.15

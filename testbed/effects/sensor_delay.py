@@ -45,6 +45,7 @@ class Delay(Effect):
         "inertia.mass": "a mass weighs at rest too",
     }
     hides = {"delay": "pressure_delay_s"}
+    bends = ("delay",)
 
     def correct(self, signals: Signals, values: Values) -> Signals:
         """What the sensor should have read."""
@@ -62,11 +63,21 @@ class Delay(Effect):
         return [{"delay": 0.002}]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
-        """Force and oil are late by what the pressures change meanwhile."""
-        axis = seen.axis(place)
-        late = seen.pressure_b_rate[:, axis] * seen.area_b_m2[axis]
-        late = late - seen.pressure_a_rate[:, axis] * seen.area_a_m2[axis]
-        return {"delay": Change(force={axis: late}, oil={axis: seen.oil_by_lateness[:, axis]})}
+        """Force and oil by a second of a delay. Pressures turn round within a bin, so a long delay
+        makes less of a force than a short one says: of one that is as long as may be expected. The
+        oil takes up slopes, which such a shift would smooth: of a short one.
+        """
+        axis, usual = seen.axis(place), self.spread("delay")
+        force = self.made(seen, place, {"delay": usual}).times(1.0 / usual).force
+        return {"delay": Change(force=force, oil={axis: seen.oil_by_lateness[:, axis]})}
+
+    def made(self, seen: RobotSeen, place: str, values: Values) -> Change:
+        """The force of pressures that were what is read so much later."""
+        axis, delay = seen.axis(place), values["delay"]
+        late_a = seen.pressure_a_pa[:, axis] - seen.later(axis, 0, delay)
+        late_b = seen.pressure_b_pa[:, axis] - seen.later(axis, 1, delay)
+        force = seen.area_a_m2[axis] * late_a - seen.area_b_m2[axis] * late_b
+        return Change(force={axis: force})
 
 
 EFFECTS = (Delay(),)

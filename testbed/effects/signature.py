@@ -157,6 +157,23 @@ class RobotSeen:
         flow[:, chamber] = self.oil_by_reading[:, axis, chamber] * more_pa
         return Change(force={axis: area * more_pa}, oil={axis: flow})
 
+    def later(self, axis: int, chamber: int, by_s: float) -> Array:
+        """(n,) Pa, mean pressure of A (0) or B (1) over bins that lie `by_s` later; after the
+        recording's end it stays.
+        """
+        from scipy.interpolate import CubicHermiteSpline
+
+        mean = (self.pressure_a_pa, self.pressure_b_pa)[chamber][:, axis]
+        rate = (self.pressure_a_rate, self.pressure_b_rate)[chamber][:, axis]
+        step = float(self.time_s[1] - self.time_s[0])
+        at = step * np.arange(self.bins + 1)
+        edges = step * np.concatenate([[0.0], np.cumsum(rate)])
+        edges += float(np.mean(mean) - np.mean(0.5 * (edges[1:] + edges[:-1])))
+        summed = CubicHermiteSpline(at, step * np.concatenate([[0.0], np.cumsum(mean)]), edges)
+        inside = np.minimum(at + by_s, at[-1])
+        whole = summed(inside) + (at + by_s - inside) * edges[-1]
+        return np.asarray(np.diff(whole) / step)
+
     def moves(self, leg: int, way_m: Array, axis: int) -> Change:
         """The change by a foot that seems to be elsewhere by (n,) m along x up the slope, y left or
         z off it (axis).

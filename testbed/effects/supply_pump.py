@@ -21,7 +21,7 @@ class Pump(Effect):
     )
     places = ("supply",)
     rigs = ()
-    looked_for = 49.0
+    looked_for = 70.0
     telling_motion = "all four vertical joints at full speed together, then a minute of rest"
     alike = {"supply.droop": "a droop passes with the flow, a lower set pressure stays"}
     lowest = -math.inf

@@ -14,6 +14,7 @@ import pytest
 from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest
 from testbed.benchmarks.diagnosis.robot_calibration import fit, restated
 from testbed.benchmarks.diagnosis.robot_draws import KINDS, MOTIONS, drawn
+from testbed.benchmarks.diagnosis.robot_scores import calibration as calibration_of_stated
 from testbed.benchmarks.diagnosis.robot_scores import scores, target
 from testbed.benchmarks.harness import LINES
 from testbed.diagnosis.leg.findings import FORMAT
@@ -99,6 +100,18 @@ def test_scores_count_names_places_intervals_and_what_is_closed() -> None:
     assert found["closed_share"]["p50"] == pytest.approx((9 - 4) / (9 - 1))
     wrong = scores([run_trial(1, GAIN, ["sensor.gain_b@fl_vertical"], 90.0)])
     assert wrong["place_named"]["share"] == 1.0 and wrong["name_and_place"]["share"] == 0.0
+
+
+def test_few_runs_of_a_perfect_diagnosis_are_off_by_chance() -> None:
+    def off(runs: int, stated: float) -> float:
+        said = {"hypotheses": [{"names": [], "probability": stated}]}
+        told = {"kind": "clean", "visible": [], "names": [], "truth": []}
+        found = calibration_of_stated([{**told, **said}] * runs)
+        return float(found["error_of_a_perfect_one"])
+
+    for runs in (25, 400):  # of a binomial share: the mean size of what is about normal
+        assert off(runs, 0.8) == pytest.approx(0.4 * np.sqrt(2.0 / np.pi / runs), rel=0.1)
+    assert off(25, 1.0) == 0.0
 
 
 def test_what_no_belief_can_close_is_told_apart_from_what_it_could() -> None:

@@ -86,6 +86,19 @@ def test_a_pump_that_is_set_too_low_lacks_what_it_is_asked_for_beyond() -> None:
     assert np.abs(rest).max() < 0.3 * np.abs(supply.missing).max()
 
 
+@pytest.mark.parametrize("gives", [0.6, 0.8])
+def test_a_weak_pump_stands_where_open_valves_take_no_more_than_it_gives(gives: float) -> None:
+    pressure = LOAD_PA + 0.3e6
+    oils, bins, frame, body = still(np.full(750, 0.6), pressure)
+    drawn = believed(np.full(750, 0.6), pressure).drawn_m3_s.mean()
+    weak = {"full_flow_m3_s": float(drawn) / gives}
+    unit = body.machine.power_unit.model_copy(update=weak)
+    machine = body.machine.model_copy(update={"power_unit": unit})
+    supply = supply_of(oils, bins, frame, machine, Hauling.none(bins.count))
+    assert supply.missing.min() > 0.5e6
+    assert (1.0 - gives) * supply.by_flow == pytest.approx(supply.missing, rel=0.15)
+
+
 def test_ropes_that_are_hauled_ask_for_their_load_and_perhaps_when_the_body_hardly_moves() -> None:
     oils, bins, frame, body = still(np.zeros(750))
     area = body.machine.traction.piston_area_m2

@@ -10,8 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from testbed.benchmarks.diagnosis.robot_draws import hidden_sizes
-from testbed.benchmarks.diagnosis.scores import Trial, confusion, quantiles, rate
+from testbed.benchmarks.diagnosis.scores import BINS, Trial, confusion, quantiles, rate
 from testbed.benchmarks.diagnosis.scores import calibration as calibration_of
 
 WORSE, ADDS, SURE = 1.05, 1.1, 0.8
@@ -101,8 +103,19 @@ def target(t: Trial) -> frozenset[str]:
 
 
 def calibration(trials: Sequence[Trial]) -> dict[str, Any]:
-    """See scores.calibration."""
-    return calibration_of([_asked(t) for t in trials])
+    """See scores.calibration; `error_of_a_perfect_one`: what so few runs would show in the mean
+    were each as often right as it is stated.
+    """
+    stated = np.array([t["hypotheses"][0]["probability"] for t in trials])
+    index = np.minimum((stated * BINS).astype(int), BINS - 1)
+    right = np.random.default_rng(0).random((DRAWS, len(stated))) < stated
+    off = np.abs((right - stated) @ np.eye(BINS)[index]).sum(axis=1) / len(stated)
+    found = calibration_of([_asked(t) for t in trials])
+    return {**found, "error_of_a_perfect_one": float(off.mean())}
+
+
+DRAWS = 2000
+"""Of what was right, by its stated probability."""
 
 
 def _asked(t: Trial) -> Trial:

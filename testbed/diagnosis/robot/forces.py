@@ -268,9 +268,9 @@ def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
     grown = side_growth(axis, seen.extension_m[:, i], seen.stroke_m[i])
     change = Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i] * grown})
     yield Tolerated(change, side, f"{own}.{number}", drawn=centre)
-    for lag in (Delay(), LineB()):
-        (change,) = lag.signature(seen, axis.name).values()
-        yield Tolerated(change, LATE_S)
+    yield Tolerated(Delay().made(seen, axis.name, {"delay": LATE_S}), 1.0)
+    (change,) = LineB().signature(seen, axis.name).values()
+    yield Tolerated(change, LATE_S)
     for effect, number, declared in (
         (PositionFriction(), "seal.position_slope", seal.position_slope),
         (PressureFriction(), "seal.pressure_coefficient_m2", seal.pressure_coefficient_m2),

@@ -79,6 +79,8 @@ class Balances:
     raw: Mapping[str, RawGroup]
     groups: Mapping[str, Whitened]
     candidates: Mapping[str, Candidate]
+    second: BodyBalance | None = None
+    """Of two recordings together, the body's of the second."""
 
 
 def balances_of(

@@ -50,12 +50,13 @@ PUMP_S, FALL_SHARE = 0.01, 0.6
 SET_SHARE = 0.01
 """A set pressure is set to this share (E)."""
 CAPS = (0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.6)
+FLOWS = (0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.55, 0.5)
 """Shares of the set pressure and of the full flow, of which the one that fits best is what a weak
 pump is sought at.
 """
-SUNK_SHARE, SINKING = 0.35, 0.05
-"""By which share the pressure sinks where more is asked of a pump than it gives, over so much of
-its flow (E).
+LEAST_DROP_PA, ROUNDS = 2.0e5, 16
+"""A smaller drop across an open edge is none that its flow is told by; halvings of a sought
+pressure.
 """
 
 
@@ -94,12 +95,12 @@ def supply_of(
     share = np.clip(drawn / unit.full_flow_m3_s, 0.0, 1.5)
     whole = (drawn + hauling.drawn_m3_s) / unit.full_flow_m3_s
     giving = unit.compensator_band_pa * share
+    sunk = [
+        believed - _given(believed, f * unit.full_flow_m3_s, oils, bins, hauling) for f in FLOWS
+    ]
     by_flow = _best(
-        [
-            giving + believed * SUNK_SHARE * np.clip((whole - f) / SINKING, 0.0, 1.0) / (1.0 - f)
-            for f in CAPS
-        ],
-        CAPS,
+        [np.maximum(giving, by / (1.0 - f)) for f, by in zip(FLOWS, sunk, strict=True)],
+        FLOWS,
         believed - bins.supply_pa,
     )
     apart = np.abs(bins.time_s[:, None] - bins.time_s[None, :])
@@ -156,6 +157,24 @@ def _believed(
     unsure = np.hypot(unsure, hauling.unsure * (followed(perhaps, 1.0) - believed))
     capped = [(believed - followed(hauled[0], cap)) / (1.0 - cap) for cap in CAPS]
     return believed, unsure, _best(capped, CAPS, believed - bins.supply_pa)
+
+
+def _given(
+    believed_pa: Array, most_m3_s: float, oils: Sequence[Oil], bins: Bins, hauling: Hauling
+) -> Array:
+    """(n,) pressure, at most the believed one, at which valves that are as far open as they are
+    take no more than a pump gives: each edge by the root of its drop.
+    """
+    taken = np.hstack([one.from_supply.clip(0.0) for one in oils])
+    behind = np.hstack([one.pressure_pa for one in oils])
+    measured = np.maximum(bins.supply_pa[:, None] - behind, LEAST_DROP_PA)
+    low, high = np.zeros(bins.count), believed_pa.copy()
+    for tried in range(ROUNDS):
+        at = 0.5 * (low + high) if tried else high
+        drops = np.maximum(at[:, None] - behind, 0.0) / measured
+        enough = np.sum(taken * np.sqrt(drops), axis=1) + hauling.drawn_m3_s <= most_m3_s
+        low, high = np.where(enough, at, low), np.where(enough, high, at)
+    return np.asarray(0.5 * (low + high))
 
 
 def _best(lacks: Sequence[Array], factors: Sequence[float], missing: Array) -> Array:

@@ -41,7 +41,7 @@ def together(first: Balances, second: Balances) -> Balances:
     raw = {key: _group(group, second.raw[key]) for key, group in first.raw.items()}
     signatures = {name: candidate.signature for name, candidate in candidates.items()}
     groups = {key: group.whitened(signatures) for key, group in raw.items()}
-    return Balances(first.bins, first.body, raw, groups, candidates)
+    return Balances(first.bins, first.body, raw, groups, candidates, second.body)
 
 
 def _candidate(one: Candidate, other: Candidate) -> Candidate:

@@ -1,0 +1,229 @@
+"""The numbers of named effects by their laws as they are, where a linear signature is far from
+them.
+
+A signature says what a small effect makes, or several of fixed shape beside each other: enough to
+see an effect, not to tell its size. Once a set is named its parameters are fitted to the balances
+by the laws themselves (`Effect.made`), linearised anew at each estimate (Gauss-Newton), beside the
+signatures of the others in the set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import solve_triangular
+
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.groups import Balances, Candidate
+from testbed.diagnosis.robot.hypotheses import Hypothesis
+from testbed.diagnosis.robot.together import Changes, of_first
+from testbed.effects.signature import Change
+from testbed.effects.terms import Coordinate
+
+Array = npt.NDArray[np.float64]
+STEPS, HALVINGS, CLOSE = 20, 6, 1e-3
+"""Most steps of a fit, most halvings of one, and the gain in ln of the likelihood that ends it."""
+DIFFERENCE = 1e-2
+"""Of a coordinate's scale, for the law's slopes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """An effect of a set: its numbers begin at `first` among the set's and are those of
+    `coordinates`, in fitted units, or, where it has none, those of its signature.
+    """
+
+    candidate: Candidate
+    first: int
+    coordinates: tuple[Coordinate, ...] = ()
+    unseen: Mapping[str, float] = field(default_factory=dict)
+    """Those of its parameters that are no coordinates."""
+
+    @property
+    def size(self) -> int:
+        """How many numbers it has."""
+        return len(self.coordinates) or len(self.candidate.signature)
+
+    def own(self, numbers: Array) -> Array:
+        """Its numbers among those of the set."""
+        return numbers[self.first : self.first + self.size]
+
+    def values(self, numbers: Array) -> dict[str, float]:
+        """Parameters by name of its numbers, those that bend."""
+        pairs = zip(self.coordinates, self.own(numbers), strict=True)
+        return {c.name: float(np.exp(x) if c.log else x) for c, x in pairs}
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """The numbers of a set and their covariance, part after part."""
+
+    parts: tuple[Part, ...]
+    mean: Array
+    covariance: Array
+
+    def parameters(self, part: Part, numbers: Array, balances: Balances) -> dict[str, float]:
+        """All parameters of a part by the numbers of the set (k,)."""
+        if part.coordinates:
+            return {**part.unseen, **part.values(numbers)}
+        names, own = part.candidate.signature, part.own(numbers).tolist()
+        linear = of_first(dict(zip(names, own, strict=True)))
+        candidate = part.candidate
+        return candidate.effect.from_linear(linear, balances.body.seen, candidate.place)
+
+
+def fitted(balances: Balances, chosen: Hypothesis) -> Fitted:
+    """The numbers of a hypothesis, by the laws of those of its effects that bend."""
+    candidates = [balances.candidates[name] for name in chosen.names]
+    sizes = [len(c.signature) for c in candidates]
+    firsts = np.cumsum([0, *sizes])
+    linear = Fitted(
+        tuple(Part(c, int(k)) for c, k in zip(candidates, firsts, strict=False)),
+        chosen.mean,
+        chosen.covariance,
+    )
+    if not any(c.effect.bends for c in candidates):
+        return linear
+    return _Fit(balances, linear).result()
+
+
+class _Fit:
+    """A fit that begins at the linear model's numbers."""
+
+    def __init__(self, balances: Balances, linear: Fitted) -> None:
+        self.balances = balances
+        parts: list[Part] = []
+        starts, centres, sds, held = [], [], [], []
+        for old in linear.parts:
+            effect, first = old.candidate.effect, sum(p.size for p in parts)
+            own = old.own(linear.mean)
+            coordinates: tuple[Coordinate, ...] = ()
+            values: dict[str, float] = {}
+            if effect.bends:
+                values = linear.parameters(old, linear.mean, balances)
+                coordinates = tuple(_coordinate(old.candidate, k, values[k]) for k in effect.bends)
+                own = np.array([_fitted_unit(c, c.start) for c in coordinates])
+                centre = np.array([c.prior[0] if c.prior else 0.0 for c in coordinates])
+                sd = np.array([c.prior[1] if c.prior else np.inf for c in coordinates])
+            else:
+                centre, sd = np.zeros(len(own)), old.candidate.spreads
+            unseen = {k: v for k, v in values.items() if k not in effect.bends}
+            parts.append(Part(old.candidate, first, coordinates, unseen))
+            starts.append(own)
+            centres.append(centre)
+            sds.append(sd)
+            held.append(np.zeros(len(own), dtype=bool) if coordinates else own == 0.0)
+        self.parts = tuple(parts)
+        self.start, self.centre, self.sd = map(np.concatenate, (starts, centres, sds))
+        self.free = ~np.concatenate(held)
+        names = {part.candidate.name for part in parts}
+        shown = [g for k, g in balances.raw.items() if names & set(balances.groups[k].columns)]
+        self.groups = [(group, _root(group)) for group in shown]
+
+    def result(self) -> Fitted:
+        """The likeliest numbers, and how far they may lie from them."""
+        numbers, cost = self.start, self._cost(self.start)
+        for _ in range(STEPS):
+            step, _ = self._step(numbers)
+            for halving in range(HALVINGS):
+                tried = self._within(numbers + step * 0.5**halving)
+                found = self._cost(tried)
+                if found < cost:
+                    break
+            else:
+                break
+            gain, numbers, cost = cost - found, tried, found
+            if gain < CLOSE:
+                break
+        return Fitted(self.parts, numbers, self._step(numbers)[1])
+
+    def _within(self, numbers: Array) -> Array:
+        """Numbers within the bounds of their coordinates."""
+        out = numbers.copy()
+        for part in self.parts:
+            for k, c in enumerate(part.coordinates, part.first):
+                out[k] = np.clip(out[k], _fitted_unit(c, c.low), _fitted_unit(c, c.high))
+        return out
+
+    def _left(self, numbers: Array) -> list[Array]:
+        """What the numbers leave of each group, divided by its noise."""
+        changes = [change for part in self.parts for change in self._changes(part, numbers)]
+        return [
+            _divided(group.missing - sum(group.rows_of(change) for change in changes), root)
+            for group, root in self.groups
+        ]
+
+    def _changes(self, part: Part, numbers: Array) -> Sequence[Change]:
+        """What a part makes by its numbers."""
+        if part.coordinates:
+            return [self._made(part, part.values(numbers))]
+        pairs = zip(part.candidate.signature.values(), part.own(numbers).tolist(), strict=True)
+        return [change.times(number) for change, number in pairs if number != 0.0]
+
+    def _made(self, part: Part, values: Mapping[str, float]) -> Change:
+        """What a part's law makes of these parameters, in both recordings where there are two."""
+        made = partial(part.candidate.effect.made, place=part.candidate.place, values=values)
+        first, second = self.balances.body, self.balances.second
+        if second is None:
+            return made(first.seen)
+        return Changes(parts=(made(first.seen), made(second.seen)))
+
+    def _cost(self, numbers: Array) -> float:
+        """- ln of their probability."""
+        rests = [*self._left(numbers), (numbers - self.centre) / self.sd]
+        return 0.5 * sum(float(rest @ rest) for rest in rests)
+
+    def _step(self, numbers: Array) -> tuple[Array, Array]:
+        """The step to where the linearised balances are likeliest, and the covariance there."""
+        inside, slope = np.eye(len(numbers)), (self.centre - numbers) / self.sd
+        for (group, root), left in zip(self.groups, self._left(numbers), strict=True):
+            columns = _divided(self._columns(group, numbers) * self.sd, root)
+            inside += columns.T @ columns
+            slope += columns.T @ left
+        free = np.ix_(self.free, self.free)
+        step, covariance = np.zeros(len(numbers)), np.diag(1.0 / np.diag(inside))
+        covariance[free] = np.linalg.inv(inside[free])
+        step[self.free] = covariance[free] @ slope[self.free]
+        return self.sd * step, covariance * np.outer(self.sd, self.sd)
+
+    def _columns(self, group: RawGroup, numbers: Array) -> Array:
+        """(rows, k) how a group's rows change with each number."""
+        out = []
+        for part in self.parts:
+            if not part.coordinates:
+                out += [group.rows_of(change) for change in part.candidate.signature.values()]
+            for k, c in enumerate(part.coordinates, part.first):
+                ends = []
+                for way in (1.0, -1.0):
+                    moved = numbers.copy()
+                    moved[k] += way * DIFFERENCE * c.scale
+                    ends.append(group.rows_of(self._made(part, part.values(moved))))
+                out.append((ends[0] - ends[1]) / (2.0 * DIFFERENCE * c.scale))
+        return np.column_stack(out)
+
+
+def _coordinate(candidate: Candidate, name: str, value: float) -> Coordinate:
+    """A parameter as a number to be fitted, on a machine of this size, from a value of it."""
+    effect = candidate.effect
+    spec = effect.spec(name)
+    lowest = spec.prior[0] if spec.log else spec.low
+    found = spec.coordinate(effect.kind, max(value, lowest), effect.seen_in)
+    return found.sized(effect.grows(name, candidate.scale), found.low, found.high)
+
+
+def _fitted_unit(c: Coordinate, value: float) -> float:
+    return float(np.log(value)) if c.log else value
+
+
+def _root(group: RawGroup) -> Array:
+    """Lower Cholesky factor of the group's covariance."""
+    whole = group.noise + group.tolerated @ group.tolerated.T
+    return np.asarray(np.linalg.cholesky(whole), dtype=np.float64)
+
+
+def _divided(rows: Array, root: Array) -> Array:
+    return np.asarray(solve_triangular(root, rows, lower=True, check_finite=False))
