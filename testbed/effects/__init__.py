@@ -10,7 +10,8 @@ from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 
-from testbed.effects.base import MARK, Active, Effect
+from testbed.effects.active import Active
+from testbed.effects.base import MARK, Effect
 from testbed.effects.unnamed import UNNAMED
 from testbed.errors import InputError
 from testbed.machine.model import Machine

@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.effects.base import Active, Effect, ParameterSpec
+from testbed.effects.active import Active
+from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.terms import ForceTerms, Signals, Values
 from testbed.formats.arrays import Array
 

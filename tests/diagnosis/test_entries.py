@@ -16,7 +16,7 @@ from testbed.diagnosis.leg.points import Point
 from testbed.diagnosis.leg.search import Candidate
 from testbed.diagnosis.leg.verdict import doubted
 from testbed.effects import by_name
-from testbed.effects.base import Active
+from testbed.effects.active import Active
 from testbed.effects.terms import Coordinate
 from testbed.estimation.leg.flow import Edge
 from testbed.formats.intervals import Z90

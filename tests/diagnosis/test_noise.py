@@ -13,7 +13,7 @@ from testbed.diagnosis.leg.noise import given_back, grain, rounding_left
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import series_of
 from testbed.effects import by_name
-from testbed.effects.base import Active
+from testbed.effects.active import Active
 from testbed.estimation.leg.balance import corrected, piston_force_n
 from testbed.recording.axis import Rig
 

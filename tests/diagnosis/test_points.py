@@ -20,7 +20,7 @@ from testbed.diagnosis.leg.points import (
     start_vector,
 )
 from testbed.effects import by_name
-from testbed.effects.base import Active
+from testbed.effects.active import Active
 from testbed.effects.terms import Coordinate
 from testbed.estimation.leg.flow import Edge
 from testbed.recording.known import Known

@@ -23,7 +23,7 @@ from testbed.diagnosis.leg.problem import Layout, Problem
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.unexplained import fit_generic
 from testbed.effects import by_name
-from testbed.effects.base import Active
+from testbed.effects.active import Active
 from testbed.effects.terms import Coordinate
 from testbed.effects.unnamed import rested
 from testbed.estimation.leg.flow import Edge

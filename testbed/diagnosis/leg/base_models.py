@@ -21,7 +21,7 @@ from testbed.diagnosis.leg.points import (
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series
 from testbed.effects import of_declared
-from testbed.effects.base import Active
+from testbed.effects.active import Active
 from testbed.effects.terms import Coordinate
 from testbed.errors import InputError
 from testbed.estimation.friction.declared_numbers import MOST

@@ -13,7 +13,8 @@ from testbed.diagnosis.leg.fit import Fit, solve, step_gain
 from testbed.diagnosis.leg.points import restarted
 from testbed.diagnosis.leg.problem import Problem
 from testbed.effects import OF_A_CYLINDER
-from testbed.effects.base import Active, Effect
+from testbed.effects.active import Active
+from testbed.effects.base import Effect
 from testbed.effects.terms import Coordinate, Values
 
 Array = npt.NDArray[np.float64]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from testbed.effects.base import Active
+from testbed.effects.active import Active
 from testbed.estimation.leg.balance import corrected, piston_force_n
 
 if TYPE_CHECKING:

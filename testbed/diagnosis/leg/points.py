@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.effects import by_name
-from testbed.effects.base import Active
+from testbed.effects.active import Active
 from testbed.effects.terms import Coordinate
 from testbed.estimation.leg.flow import Edge
 from testbed.recording.leg_model import Friction, LegModel

@@ -22,7 +22,7 @@ from testbed.diagnosis.leg.plain_balance import (
     plain_rows,
 )
 from testbed.diagnosis.leg.series import BIN, Series
-from testbed.effects.base import Active
+from testbed.effects.active import Active
 from testbed.effects.terms import ForceResidual, Observed, Signals
 from testbed.estimation.leg.balance import (
     corrected,

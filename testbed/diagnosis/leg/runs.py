@@ -20,7 +20,7 @@ from testbed.diagnosis.leg.noise import given_back
 from testbed.diagnosis.leg.points import restarted
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series, series_of
-from testbed.effects.base import Active
+from testbed.effects.active import Active
 from testbed.estimation.friction.identification import identify
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel

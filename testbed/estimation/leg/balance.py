@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.effects.base import Active
+from testbed.effects.active import Active
 from testbed.effects.friction_load import REFERENCE_LOAD_N
 from testbed.effects.friction_presliding import bristle_force_n
 from testbed.effects.terms import ForceTerms, Signals

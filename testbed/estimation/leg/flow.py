@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.effects.base import Active
+from testbed.effects.active import Active
 from testbed.effects.hydraulics_air import compliance_1_pa
 from testbed.effects.hydraulics_hose import hose_flow_m3_s
 from testbed.effects.leakage_internal import flow_m3_s as leak_m3_s
