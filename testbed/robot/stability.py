@@ -105,13 +105,12 @@ def _largest(equal: Array, wanted: Array, low: Array, high: Array) -> float:
 
 def _generators(feet: Array, normals: Array, friction: float) -> Array:
     """(6, n SIDES): wrenches of the edges of each foot's friction pyramid."""
-    columns = []
-    for point, normal in zip(feet, normals, strict=True):
-        across = np.cross(normal, [0.0, 1.0, 0.0])
-        across /= np.linalg.norm(across)
-        forces = normal + friction * (_COSINES * across + _SINES * np.cross(normal, across))
-        columns.append(np.hstack([forces, np.cross(point, forces)]))
-    return np.vstack(columns).T
+    across = np.cross(normals, [0.0, 1.0, 0.0])
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    along = np.cross(normals, across)
+    forces = normals[:, None] + friction * (_COSINES * across[:, None] + _SINES * along[:, None])
+    wrenches = np.concatenate([forces, np.cross(feet[:, None], forces)], axis=2)
+    return wrenches.reshape(-1, 6).T
 
 
 def tipping_work_j(feet_m: ArrayLike, forces_n: ArrayLike, points_m: ArrayLike) -> float:
