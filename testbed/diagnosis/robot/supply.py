@@ -91,7 +91,10 @@ def supply_of(
     """The group of the power unit; `hauling`: what the ropes' devices ask beside the cylinders."""
     unit = machine.power_unit
     drawn = np.sum([one.from_supply.sum(axis=1) for one in oils], axis=0)
-    believed, unsure, by_pressure = _believed(oils, bins, frame, machine, hauling)
+    asked, unsure, by_pressure = _believed(oils, bins, frame, machine, hauling)
+    believed, scattered = (
+        _given(asked, f * unit.full_flow_m3_s, oils, bins, hauling) for f in (1.0, 1.0 - FLOW_SHARE)
+    )
     share = np.clip(drawn / unit.full_flow_m3_s, 0.0, 1.5)
     whole = (drawn + hauling.drawn_m3_s) / unit.full_flow_m3_s
     giving = unit.compensator_band_pa * share
@@ -121,9 +124,8 @@ def supply_of(
     surge = np.linalg.norm(surges, axis=0)
     noise += 0.5 * np.diag(surge**2)
     noise += 0.5 * np.exp(-apart / SURGE_S) * np.outer(surge, surge)
-    return Supply(
-        believed - bins.supply_pa, by_pressure, by_flow, FLOW_SHARE * giving, drawn, noise
-    )
+    by_giving = np.maximum(FLOW_SHARE * giving, believed - scattered)
+    return Supply(believed - bins.supply_pa, by_pressure, by_flow, by_giving, drawn, noise)
 
 
 def _believed(
