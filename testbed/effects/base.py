@@ -190,8 +190,10 @@ class Effect:
         return dict(linear)
 
     def made(self, seen: RobotSeen, place: str, values: Values) -> Change:
-        """What the balances miss by these values of the parameters in `bends`, by its law."""
-        raise NotImplementedError(self.kind)
+        """What the balances miss by these values of the parameters in `bends`, by its law; nothing
+        where none bends.
+        """
+        return Change()
 
     def least(self, number: str) -> float:
         """Below which a number of its signature cannot lie, or is no such effect; -inf: it may be

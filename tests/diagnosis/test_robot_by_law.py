@@ -16,7 +16,8 @@ from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
 from testbed.diagnosis.robot.parameters import found_in
-from testbed.effects import by_name
+from testbed.effects import ALL, by_name
+from testbed.effects.base import Effect
 from testbed.effects.signature import Change, RobotSeen
 from testbed.machine.names import AXES
 from tests.diagnosis.test_robot_signatures import balanced, recorded
@@ -107,3 +108,9 @@ def test_what_does_not_bend_keeps_its_linear_numbers() -> None:
     chosen = Ledger(balances).hypothesis(tuple(balances.candidates))
     fit = fitted(balances, chosen)
     assert fit.mean is chosen.mean and not fit.parts[0].coordinates
+
+
+def test_every_effect_that_bends_has_a_law_and_every_law_a_parameter_that_bends() -> None:
+    bending = {effect.kind for effect in ALL if effect.bends}
+    assert bending == {effect.kind for effect in ALL if type(effect).made is not Effect.made}
+    assert bending
