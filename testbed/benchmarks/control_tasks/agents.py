@@ -112,6 +112,11 @@ RELIED_ON = 0.08
 """Friction that feet which have just given way are relied on for."""
 
 
+def slope_pull(seen: Readings) -> float:
+    """What the slope pulls down the machine, N, from the foot loads of an episode's first step."""
+    return float(seen.each("estimate_own", LEGS).sum() * np.tan(-seen["attitude_pitch"]))
+
+
 def secure_share(slope: float, least_friction: float) -> float:
     """Pull of both ropes together over the slope's pull W; slope: its tangent."""
     return min(4.0 / 3.0, 1.0 + USED_SHARE * least_friction / slope)
@@ -136,7 +141,7 @@ class Hauling:
             self._first = tension
             self._slope = float(np.tan(-seen["attitude_pitch"]))
             self._weight_n = float(seen.each("estimate_own", LEGS).sum())
-            self._slope_n = self._weight_n * self._slope
+            self._slope_n = slope_pull(seen)
         latest = self._first + seen.each("control.pull_change", SIDES)
         holds = latest > SLACK_SHARE * self._first
         pull, whole = np.where(holds, latest, 0.0), bool(holds.all())

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.control_tasks.episodes import best_found, episode
-from testbed.benchmarks.control_tasks.tasks import TASKS, trained
+from testbed.benchmarks.control_tasks.tasks import TASKS, Entrant, trained
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.errors import check_one_of
 from testbed.formats.arrays import Array
@@ -30,11 +30,10 @@ RESAMPLES = 2000
 
 @dataclass(frozen=True)
 class Case:
-    """One drawn machine: for the task's entrants and the oracle, or for a trained policy's file."""
+    """One drawn machine, for all who try the task and the oracle."""
 
     task: str
     seed: int
-    policy: str = ""
 
 
 @dataclass(frozen=True)
@@ -57,19 +56,12 @@ class ControlTasks(Benchmark[Case]):
     def cases(self) -> Mapping[str, Case]:
         """Case by case, so that a part of them is a fair sample."""
         seeds = range(self.first_seed, self.first_seed + self.number)
-        made = [
-            Case(task, seed, policy)
-            for task in self.tasks
-            for seed in seeds
-            for policy in ("", *self.policies)
-        ]
-        return {
-            f"{case.task} {case.seed} {_policy_name(case.policy)}".strip(): case for case in made
-        }
+        made = [Case(task, seed) for task in self.tasks for seed in seeds]
+        return {f"{case.task} {case.seed}": case for case in made}
 
     def made_from(self, case: Case) -> str:
-        """The case, and the oracle's budget where it is tried."""
-        return f"{case!r} {0 if case.policy else self.oracle_episodes}"
+        """The case, who tries it beside the task's own entrants, and the oracle's budget."""
+        return f"{case!r} {self.policies} {self.oracle_episodes}"
 
     def work(self, case: Case) -> list[dict[str, Any]]:
         """Every entrant's score and how its episode ended; of the oracle its best one.
@@ -77,19 +69,21 @@ class ControlTasks(Benchmark[Case]):
         A case that the task's simple rule solves leaves the task: nobody else tries it.
         """
         task = TASKS[case.task]
-        if case.policy:
-            policy = trained(Path(case.policy), case.task)
-            return [self._told(case, _policy_name(case.policy), episode(task, policy, case.seed))]
+        entrants = {**task.entrants, **self._learned(case.task)}
         answers = []
-        for name in sorted(task.entrants, key=lambda name: name != task.solved_by):
-            if case.seed % task.entrants[name].each:
+        for name in sorted(entrants, key=lambda name: name != task.solved_by):
+            if case.seed % entrants[name].each:
                 continue
-            end = episode(task, task.entrants[name], case.seed)
+            end = episode(task, entrants[name], case.seed)
             answers.append(self._told(case, name, end))
             if name == task.solved_by and end["held"]:
                 return answers
-        best = best_found(task, case.seed, self.oracle_episodes)
+        best = best_found(task, case.seed, self.oracle_episodes, answers)
         return [*answers, self._told(case, ORACLE, best)]
+
+    def _learned(self, task: str) -> dict[str, Entrant]:
+        """The policies, each called as its folder."""
+        return {Path(file).parent.name: trained(Path(file), task) for file in self.policies}
 
     @staticmethod
     def _told(case: Case, entrant: str, end: Mapping[str, Any]) -> dict[str, Any]:
@@ -130,9 +124,10 @@ def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Means with bootstrap intervals of 95 %, and the share of the headroom that each has closed.
 
     Headroom is the oracle's mean less the best tuned rule's, as a share of that rule's. Where an
-    entrant does better than the oracle's own plan, the oracle does as that entrant did: `beaten` is
-    the share of such cases. An entrant that tried a part of the cases is measured against the rule
-    and the oracle on that part.
+    entrant did better than the oracle's first search, that began again at what the entrant did:
+    `restarted` is the share of such cases. Where one still does better the oracle does as it did:
+    `beaten` is the share of these. An entrant that tried a part of the cases is measured against
+    the rule and the oracle on that part.
     """
     mine = sorted((answer for answer in answers if answer["task"] == task), key=lambda a: a["seed"])
     solved_by = TASKS[task].solved_by
@@ -159,6 +154,7 @@ def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "doubling": _doubling(ends[ORACLE]),
         "best_rule": best,
         "headroom": (most - rule) / max(abs(rule), 1e-9),
+        "restarted": float(np.mean([a.get("restarted", False) for a in ends[ORACLE]])),
         "beaten": beaten / len(oracle),
         "entrants": lines,
     }
@@ -219,8 +215,3 @@ def _doubling(answers: Sequence[Mapping[str, Any]]) -> float:
         return 0.0
     half = float(np.mean([history[(len(history) - 1) // 2] for history in histories]))
     return float(np.mean([history[-1] for history in histories])) / max(abs(half), 1e-9) - 1.0
-
-
-def _policy_name(file: str) -> str:
-    """A policy is called as its folder."""
-    return Path(file).parent.name if file else ""

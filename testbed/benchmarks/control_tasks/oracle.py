@@ -10,14 +10,23 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
-from testbed.benchmarks.control_tasks.agents import STEP_S, Readings, Secure
+from testbed.benchmarks.control_tasks.agents import (
+    SLACK_SHARE,
+    STEP_S,
+    Readings,
+    Secure,
+    Vector,
+    slope_pull,
+)
+from testbed.envs.observations import KEEP_TABLE
 from testbed.formats.arrays import Array, Flags
+from testbed.machine.names import SIDES
 
 POPULATION, KEPT = 8, 2
 """Plans drawn a round, and how many of them the next round is drawn around."""
@@ -128,3 +137,32 @@ class KeepPlan(Secure):
         self._since_s += STEP_S
         wanted = -float(np.interp(self._since_s, SHIFT_S, self._down_m))
         return (wanted - seen["orders.shift"]) / STEP_S
+
+
+def keep_plan_of(observations: Sequence[Vector]) -> tuple[float, ...]:
+    """The plan (see KeepPlan) that comes closest to what another agent did in an episode of Keep,
+    from the flat observations of its steps; empty where both ropes held to the end.
+    """
+    steps = [Readings(observation, KEEP_TABLE) for observation in observations]
+    first = steps[0].each("rope_tension", SIDES)
+    pulls = np.array([first + seen.each("control.pull_change", SIDES) for seen in steps])
+    holds = pulls > SLACK_SHARE * first
+    lost = np.flatnonzero(~holds.all(axis=1))
+    slope_n, loss = slope_pull(steps[0]), int(lost[0]) if len(lost) else 0
+    if loss == 0 or slope_n <= 0.0:
+        return ()
+    times = STEP_S * np.arange(len(steps) - loss)
+    orders = {
+        name: np.array([seen[f"orders.{name}"] for seen in steps[loss:]])
+        for name in ("diagonal", "front", "shift")
+    }
+    side = 1.0 if holds[loss, 1] else -1.0
+    down = -np.interp(SHIFT_S[1:], times, orders["shift"])
+    return (
+        float(pulls[loss - 1].sum()) / slope_n,
+        float(pulls[loss:].max()) / slope_n,
+        STEP_S,
+        1e3 * side * float(orders["diagonal"][-1] - orders["diagonal"][0]),
+        1e3 * float(orders["front"][-1] - orders["front"][0]),
+        *(1e3 * down).tolist(),
+    )

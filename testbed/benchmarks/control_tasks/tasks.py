@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol, Self
@@ -16,11 +16,12 @@ from testbed.benchmarks.control_tasks.agents import (
     Reserve,
     Secure,
     Trained,
+    Vector,
     Yielding,
     action_of,
 )
 from testbed.benchmarks.control_tasks.corrected import FEATURES, OVER, REACH, Corrected
-from testbed.benchmarks.control_tasks.oracle import KeepPlan
+from testbed.benchmarks.control_tasks.oracle import KeepPlan, keep_plan_of
 from testbed.envs import named
 from testbed.envs.drill_hole import HANDBOOK
 from testbed.envs.policies import read_policy
@@ -64,6 +65,10 @@ class Plans:
     """Plans that are tried first; the search begins at the best of them."""
     spread: tuple[float, ...]
     """Standard deviations with which the search begins."""
+    done_in: Callable[[Sequence[Vector]], tuple[float, ...]]
+    """The plan that comes closest to what was done in an episode, from the observations of its
+    steps; empty where there is none.
+    """
     alike: int = 0
     """So many first numbers of a plan are all that matters until the environment's `fault_s`."""
 
@@ -122,6 +127,7 @@ TASKS: dict[str, Task] = {
                 (1.15, 1.0, 0.05, 1.5, 2.0, 20.0, 40.0, 50.0),
             ),
             (0.07, 0.15, 0.05, 3.0, 3.0, 8.0, 12.0, 15.0),
+            keep_plan_of,
             alike=1,
         ),
         solved_by="hauling rule",
