@@ -207,8 +207,8 @@ def test_a_plan_that_is_given_up_below_the_floor_changes_nothing_of_what_is_foun
 
 def test_the_plan_of_an_episode_says_what_was_pulled_raised_and_given() -> None:
     """28 kN on 45 degrees: 16.8 kN a rope before the left one parts, 25.2 kN of the right one then;
-    the diagonal of the lost rope's front foot raised by 3 mm, the front by 2, the body down by 10, 20
-    and 30 mm after 0.1, 0.2 and 0.4 s. Who carries that plan out has nothing to haul there.
+    the diagonal of the lost rope's front foot raised by 3 mm, the front by 2, the body down by 10,
+    20 and 30 mm after 0.1, 0.2 and 0.4 s. Who carries that plan out has nothing to haul there.
     """
     loads = {f"estimate_own_{leg}": 7000.0 for leg in ("fl", "fr", "rl", "rr")}
     still = {"rope_tension_left": 1.4e4, "rope_tension_right": 1.4e4, "attitude_pitch": -np.pi / 4}
