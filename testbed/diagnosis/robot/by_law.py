@@ -4,13 +4,14 @@ them.
 A signature says what a small effect makes, or several of fixed shape beside each other: enough to
 see an effect, not to tell its size. Once a set is named its parameters are fitted to the balances
 by the laws themselves (`Effect.made`), linearised anew at each estimate (Gauss-Newton), beside the
-signatures of the others in the set.
+signatures of the others in the set. Before, the likeliest sets get the evidence that their laws
+have: several cushions beside each other explain a spring, or less than one cushion does.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -19,14 +20,19 @@ from scipy.linalg import solve_triangular
 
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
-from testbed.diagnosis.robot.hypotheses import Hypothesis
+from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.together import Changes, of_first
+from testbed.effects.force_cushion import LEFT_COST, LEFT_SHARE
 from testbed.effects.signature import Change
 from testbed.effects.terms import Coordinate
 
 Array = npt.NDArray[np.float64]
 STEPS, HALVINGS, CLOSE = 20, 6, 1e-3
 """Most steps of a fit, most halvings of one, and the gain in ln of the likelihood that ends it."""
+FITTED = 8
+"""So many of the best singles and pairs are weighed by their laws: as many as pairs are sought for
+(hypotheses.SEEDS).
+"""
 DIFFERENCE = 1e-2
 """Of a coordinate's scale, for the law's slopes."""
 
@@ -78,17 +84,56 @@ class Fitted:
 
 def fitted(balances: Balances, chosen: Hypothesis) -> Fitted:
     """The numbers of a hypothesis, by the laws of those of its effects that bend."""
-    candidates = [balances.candidates[name] for name in chosen.names]
-    sizes = [len(c.signature) for c in candidates]
-    firsts = np.cumsum([0, *sizes])
-    linear = Fitted(
-        tuple(Part(c, int(k)) for c, k in zip(candidates, firsts, strict=False)),
-        chosen.mean,
-        chosen.covariance,
-    )
-    if not any(c.effect.bends for c in candidates):
+    linear = _linear(balances, chosen)
+    if not any(part.candidate.effect.bends for part in linear.parts):
         return linear
     return _Fit(balances, linear).result()
+
+
+def _linear(balances: Balances, chosen: Hypothesis) -> Fitted:
+    """A hypothesis as the signatures have it."""
+    candidates = [balances.candidates[name] for name in chosen.names]
+    firsts = np.cumsum([0, *(len(c.signature) for c in candidates)])
+    parts = tuple(Part(c, int(k)) for c, k in zip(candidates, firsts, strict=False))
+    return Fitted(parts, chosen.mean, chosen.covariance)
+
+
+def weighed_by_law(ledger: Ledger, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The hypotheses of a search with the evidence that laws have which bend forces alone, singles
+    first, the best of each first.
+
+    FITTED of the best singles and of the best pairs are fitted; a pair beyond those is at most as
+    likely as its single effects' laws leave it.
+    """
+    out: list[Hypothesis] = []
+    lost: dict[str, float] = {}
+    for size in (1, 2):
+        told = [one for one in tried if len(one.names) == size]
+        found = []
+        for k, one in enumerate(told):
+            bent = [n for n in one.names if _bends_force(ledger.balances.candidates[n])]
+            if bent and k < FITTED:
+                change = _law_evidence(ledger, one) - ledger.hypothesis(one.names).log_factor
+            else:
+                change = sum(lost.get(name, 0.0) for name in bent)
+            if size == 1 and bent:
+                lost[one.names[0]] = min(change, 0.0)
+            found.append(replace(one, log_factor=one.log_factor + change))
+        out += sorted(found, key=lambda h: -h.log_factor)
+    return out
+
+
+def _bends_force(candidate: Candidate) -> bool:
+    """Whether an effect's law bends and is whole: what it makes is forces alone."""
+    return bool(candidate.effect.bends) and candidate.effect.seen_in == ("force",)
+
+
+def _law_evidence(ledger: Ledger, hypothesis: Hypothesis) -> float:
+    """Ln of the Bayes factor of a set against a sound machine by its laws, where the fit to them
+    ends (Laplace).
+    """
+    fit = _Fit(ledger.balances, _linear(ledger.balances, hypothesis))
+    return fit.evidence() - sum(ledger.price(name) for name in hypothesis.names)
 
 
 class _Fit:
@@ -126,6 +171,36 @@ class _Fit:
 
     def result(self) -> Fitted:
         """The likeliest numbers, and how far they may lie from them."""
+        numbers = self._likeliest()
+        return Fitted(self.parts, numbers, self._step(numbers)[1])
+
+    def evidence(self) -> float:
+        """Ln of the Bayes factor against a sound machine, taken for normal about the likeliest
+        numbers.
+        """
+        numbers = self._likeliest()
+        sd, free = self.sd[self.free], np.ix_(self.free, self.free)
+        size = np.linalg.slogdet(self._step(numbers)[1][free] / np.outer(sd, sd))[1]
+        nothing = sum(float(m @ m) for m in (_divided(g.missing, r) for g, r in self.groups))
+        left = sum(self._never_left(part, numbers) for part in self.parts if part.coordinates)
+        return 0.5 * nothing - self._cost(numbers) + 0.5 * float(size) - left
+
+    def _never_left(self, part: Part, numbers: Array) -> float:
+        """What a cushion costs that its piston hardly ever leaves: it is a spring (Cushion.price).
+        It is left in either of two recordings.
+        """
+        start, bodies = (
+            part.values(numbers).get("start"),
+            (self.balances.body, self.balances.second),
+        )
+        if start is None:
+            return 0.0
+        seen = [body.seen for body in bodies if body is not None]
+        outside = [np.mean(s.extension_m[:, s.axis(part.candidate.place)] > start) for s in seen]
+        return LEFT_COST * max(1.0 - float(max(outside)) / LEFT_SHARE, 0.0)
+
+    def _likeliest(self) -> Array:
+        """The likeliest numbers."""
         numbers, cost = self.start, self._cost(self.start)
         for _ in range(STEPS):
             step, _ = self._step(numbers)
@@ -139,7 +214,7 @@ class _Fit:
             gain, numbers, cost = cost - found, tried, found
             if gain < CLOSE:
                 break
-        return Fitted(self.parts, numbers, self._step(numbers)[1])
+        return numbers
 
     def _within(self, numbers: Array) -> Array:
         """Numbers within the bounds of their coordinates."""

@@ -17,8 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import BIN_S, SETTLING_S
+from testbed.diagnosis.robot.by_law import weighed_by_law
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.groups import Balances
+from testbed.diagnosis.robot.groups import FORCES, Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.parameters import Found, found_in
 from testbed.diagnosis.robot.probabilities import (
@@ -38,6 +39,8 @@ Array = npt.NDArray[np.float64]
 LEARNT_SHARE = 0.65
 """The first part of a run predicts the rest, on which it is judged."""
 SHORTEST_S = SETTLING_S + 40 * BIN_S
+ALIKE = 1.0 + 1e-9
+"""Errors that differ by less are one: effects on the oil alone add columns of zeros."""
 AMBIGUOUS = 3.0
 """A rival within so many units of belief of a name is reported as not told apart."""
 
@@ -75,6 +78,14 @@ class RobotDiagnosis:
     resembles: str = ""
     """What an unnamed effect looks like most."""
 
+    @property
+    def foretells_forces(self) -> bool:
+        """Whether the balance of forces that was kept back misses no more with what was found than
+        with a sound machine's tolerances alone: otherwise it is said, but not believed.
+        """
+        force = self.errors[FORCES]
+        return force["after"] <= force["refit"] * ALIKE
+
 
 def check_duration(time_s: Array, file: Path) -> None:
     """Refuse a run, times (n,) in s, that is too short to learn from."""
@@ -92,7 +103,7 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
     that are not looked for.
     """
     ledger = Ledger(balances, left_out=granted)
-    tried = ledger.best()
+    tried = weighed_by_law(ledger, ledger.best())
     signs = RobotSigns.of(tried)
     weights = distribution(signs, calibration())
     verdict = _verdict(ledger, tried, weights, {})

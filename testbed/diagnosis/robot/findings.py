@@ -65,12 +65,13 @@ def _effect(d: RobotDiagnosis, found: Found) -> dict[str, Any]:
 
 
 def models(d: RobotDiagnosis, believed: RobotModelFile) -> dict[str, RobotModelFile]:
-    """`before`, `refit` and `after`: what was believed, and that with what was found. Of a robot
-    nothing is refitted
-    that all machines share: its numbers are commissioning's.
+    """`before`, `refit` and `after`: what was believed, and that with what was found, unless forces
+    that were kept back are foretold worse with it. Of a robot nothing is refitted that all machines
+    share: its numbers are commissioning's.
     """
+    found = d.found if d.foretells_forces else ()
     new = tuple(
-        PlacedEffect(name=f.kind, place=f.place, parameters=dict(f.parameters)) for f in d.found
+        PlacedEffect(name=f.kind, place=f.place, parameters=dict(f.parameters)) for f in found
     )
     after = believed.model_copy(update={"effects": (*believed.effects, *new)})
     return {"before": believed, "refit": believed, "after": after}

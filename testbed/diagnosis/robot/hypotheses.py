@@ -144,6 +144,10 @@ class Ledger:
             total += float(slope @ mean - 0.5 * mean @ inside @ mean)
         return total
 
+    def price(self, name: str) -> float:
+        """What an effect's evidence is less for having been picked among alternatives."""
+        return self._price[name]
+
     def is_course(self, name: str) -> bool:
         """Whether an effect has a course in time, one of its own in each part of a recording: a
         foot that slips, or something unexplained.
