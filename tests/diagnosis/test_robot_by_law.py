@@ -10,8 +10,9 @@ from typing import cast
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
-from testbed.diagnosis.robot.by_law import fitted
+from testbed.diagnosis.robot.by_law import fitted, weighed_by_law
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
@@ -33,9 +34,10 @@ def shaken(late_s: float) -> RobotSeen:
     return balanced(data).seen
 
 
-def asked(effect: str, seen: RobotSeen, missing: np.ndarray, noise_n: float) -> Balances:
-    """Balances of one effect, seen in a single force that misses `missing` (n,) and noise."""
-    candidate = Candidate(by_name(effect), PLACE, by_name(effect).signature(seen, PLACE))
+def asked(seen: RobotSeen, missing: np.ndarray, noise_n: float, *effects: str) -> Balances:
+    """Balances of effects, seen in a single force that misses `missing` (n,) and noise."""
+    laws = [by_name(effect) for effect in effects]
+    found = [Candidate(law, PLACE, law.signature(seen, PLACE)) for law in laws]
     rng = np.random.default_rng(1)
     raw = RawGroup(
         missing=missing + noise_n * rng.normal(size=seen.bins),
@@ -44,12 +46,12 @@ def asked(effect: str, seen: RobotSeen, missing: np.ndarray, noise_n: float) -> 
         tolerated=np.zeros((seen.bins, 1)),
         rows_of=lambda change: change.force.get(AXIS, np.zeros(seen.bins)),
     )
-    groups = {"forces": raw.whitened({candidate.name: candidate.signature})}
+    groups = {"forces": raw.whitened({one.name: one.signature for one in found})}
     body = SimpleNamespace(seen=seen)
     balances = SimpleNamespace(
         raw={"forces": raw},
         groups=groups,
-        candidates={candidate.name: candidate},
+        candidates={one.name: one for one in found},
         body=body,
         second=None,
     )
@@ -82,7 +84,7 @@ def test_a_delay_makes_what_the_pressures_change_meanwhile() -> None:
 def test_a_long_delay_is_found_as_long_as_it_is() -> None:
     seen = shaken(DELAY_S)
     missing = made("sensor.delay", seen, {"delay": DELAY_S})
-    value, (low, high) = interval(asked("sensor.delay", seen, missing, 30.0), "delay")
+    value, (low, high) = interval(asked(seen, missing, 30.0, "sensor.delay"), "delay")
     assert value == pytest.approx(DELAY_S, rel=0.05)
     assert low < DELAY_S < high < 1.3 * DELAY_S
     linear = by_name("sensor.delay").signature(seen, PLACE)["delay"].force[AXIS]
@@ -94,17 +96,49 @@ def test_a_cushion_is_found_where_it_begins(start_m: float) -> None:
     seen, stiffness = balanced().seen, 8.0e4
     assert seen.extension_m[:, AXIS].min() < start_m < seen.extension_m[:, AXIS].max()
     missing = made("force.cushion", seen, {"stiffness": stiffness, "start": start_m})
-    balances = asked("force.cushion", seen, missing, 10.0)
+    balances = asked(seen, missing, 10.0, "force.cushion")
     for key, true in (("stiffness", stiffness), ("start", start_m)):
         value, (low, high) = interval(balances, key)
         assert value == pytest.approx(true, rel=0.1)
         assert low < value < high
 
 
+@pytest.mark.parametrize(("beyond_m", "kind"), [(-0.015, "force.cushion"), (0.1, "force.spring")])
+def test_a_cushion_that_its_piston_never_leaves_is_a_spring(beyond_m: float, kind: str) -> None:
+    seen = balanced().seen
+    start = float(seen.extension_m[:, AXIS].max()) + beyond_m
+    missing = made("force.cushion", seen, {"stiffness": 8.0e4, "start": start})
+    ledger = Ledger(asked(seen, missing, 10.0, "force.cushion", "force.spring"))
+    tried = weighed_by_law(ledger, ledger.best())
+    singles = [one for one in tried if len(one.names) == 1]
+    assert singles[0].names == (f"{kind}@{PLACE}",)
+    assert singles[0].log_factor > singles[1].log_factor + 5.0
+
+
+def test_a_cushion_has_the_evidence_of_its_law_by_a_sum_over_its_numbers() -> None:
+    seen, noise_n, true = balanced().seen, 200.0, {"stiffness": 8.0e4, "start": 0.2}
+    balances = asked(seen, made("force.cushion", seen, true), noise_n, "force.cushion")
+    ledger = Ledger(balances)
+    (weighed,) = weighed_by_law(ledger, [ledger.hypothesis(ledger.names)])
+    spec, missing = by_name("force.cushion").spec, balances.raw["forces"].missing
+    stiffness, start = (spec(k).coordinate("", 0.0, ()).prior for k in ("stiffness", "start"))
+    assert stiffness is not None and start is not None
+    logs = np.log(true["stiffness"]) + np.linspace(-1.0, 1.0, 61)
+    starts = true["start"] + np.linspace(-0.01, 0.01, 61)
+    total = 0.0
+    for log in logs:
+        for at in starts:
+            rest = missing - made("force.cushion", seen, {"stiffness": np.exp(log), "start": at})
+            better = (missing @ missing - rest @ rest) / (2.0 * noise_n**2) - weighed.log_factor
+            total += np.exp(better) * norm.pdf(log, *stiffness) * norm.pdf(at, *start)
+    step = (logs[1] - logs[0]) * (starts[1] - starts[0])
+    assert np.log(total * step) == pytest.approx(0.0, abs=0.2)
+
+
 def test_what_does_not_bend_keeps_its_linear_numbers() -> None:
     seen = balanced().seen
     missing = 0.1 * by_name("sensor.gain_a").signature(seen, PLACE)["gain_error"].force[AXIS]
-    balances = asked("sensor.gain_a", seen, missing, 30.0)
+    balances = asked(seen, missing, 30.0, "sensor.gain_a")
     chosen = Ledger(balances).hypothesis(tuple(balances.candidates))
     fit = fitted(balances, chosen)
     assert fit.mean is chosen.mean and not fit.parts[0].coordinates

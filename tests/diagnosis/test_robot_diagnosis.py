@@ -18,7 +18,10 @@ from testbed.benchmarks.diagnosis.robot_scores import calibration as calibration
 from testbed.benchmarks.diagnosis.robot_scores import scores, target
 from testbed.benchmarks.harness import LINES
 from testbed.diagnosis.leg.findings import FORMAT
-from testbed.diagnosis.robot.diagnose import SHORTEST_S, check_duration
+from testbed.diagnosis.robot.diagnose import SHORTEST_S, RobotDiagnosis, check_duration
+from testbed.diagnosis.robot.findings import models
+from testbed.diagnosis.robot.groups import FORCES
+from testbed.diagnosis.robot.parameters import Found
 from testbed.diagnosis.robot.probabilities import (
     NO_NAME,
     RobotSigns,
@@ -32,7 +35,8 @@ from testbed.diagnosis.robot.rig import through_amplifier
 from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.machine.build import build_machine
-from testbed.recording.robot_model import read_robot_model
+from testbed.recording.leg_model import Parameter
+from testbed.recording.robot_model import RobotModelFile, read_robot_model
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.run import run_scenario
 from testbed.workflows.diagnose import diagnose
@@ -100,6 +104,15 @@ def test_scores_count_names_places_intervals_and_what_is_closed() -> None:
     assert found["closed_share"]["p50"] == pytest.approx((9 - 4) / (9 - 1))
     wrong = scores([run_trial(1, GAIN, ["sensor.gain_b@fl_vertical"], 90.0)])
     assert wrong["place_named"]["share"] == 1.0 and wrong["name_and_place"]["share"] == 0.0
+
+
+@pytest.mark.parametrize(("after", "believed"), [(0.9, 1), (1.0, 1), (1.01, 0)])
+def test_what_foretells_forces_worse_is_said_but_not_believed(after: float, believed: int) -> None:
+    found = Found("sensor.gain_a", "fl_vertical", {"gain_error": Parameter(value=0.1, unit="1")})
+    errors = {FORCES: {"before": 1.0, "refit": 1.0, "after": after}}
+    nothing: Any = None
+    said = RobotDiagnosis("run", nothing, nothing, nothing, (found,), errors, {})
+    assert len(models(said, RobotModelFile())["after"].effects) == believed
 
 
 def test_few_runs_of_a_perfect_diagnosis_are_off_by_chance() -> None:

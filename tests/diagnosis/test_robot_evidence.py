@@ -226,6 +226,15 @@ def test_a_tolerance_far_beyond_its_size_is_no_name() -> None:
     assert found[NO_NAME] > 0.9
 
 
+@pytest.mark.parametrize(("place", "said"), [("fl_vertical", NO_NAME), ("fr_vertical", None)])
+def test_two_effects_of_one_cylinder_are_a_law_without_a_name(
+    place: str, said: tuple[str, ...] | None
+) -> None:
+    gains = ("sensor.gain_a@fl_vertical", f"sensor.gain_b@{place}")
+    tried = RobotSigns((((gains[0],), 15.0), ((gains[1],), 19.0), (gains, 67.0)))
+    assert leading(distribution(tried, calibration())) == (said or gains)
+
+
 def test_a_second_effect_in_other_balances_owes_nothing_to_the_form_of_the_first() -> None:
     spring, air = "force.spring@fr_vertical", "hydraulics.air@fl_vertical"
     sets = (((spring,), 500.0), ((air,), 40.0), ((air, spring), 540.0))
