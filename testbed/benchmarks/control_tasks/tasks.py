@@ -8,19 +8,16 @@ from pathlib import Path
 from typing import Any, Protocol, Self
 
 from testbed.benchmarks.control_tasks.agents import (
-    Adaptive,
     Agent,
     Constant,
-    Drill,
     Hauling,
-    Reserve,
     Secure,
     Trained,
     Vector,
     Yielding,
-    action_of,
 )
 from testbed.benchmarks.control_tasks.corrected import FEATURES, OVER, REACH, Corrected
+from testbed.benchmarks.control_tasks.drilling import Adaptive, Drill, Reserve, action_of
 from testbed.benchmarks.control_tasks.oracle import KeepPlan, keep_plan_of
 from testbed.envs import named
 from testbed.envs.drill_hole import HANDBOOK

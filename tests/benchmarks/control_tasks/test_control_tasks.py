@@ -14,10 +14,7 @@ from testbed.benchmarks.control_tasks import benchmark, episodes
 from testbed.benchmarks.control_tasks.agents import (
     ROPE_N_M,
     STEP_S,
-    Adaptive,
-    Drill,
     Hauling,
-    Reserve,
     Secure,
     Yielding,
     secure_share,
@@ -29,6 +26,7 @@ from testbed.benchmarks.control_tasks.benchmark import (
     ControlTasks,
     summary,
 )
+from testbed.benchmarks.control_tasks.drilling import Adaptive, Drill, Reserve
 from testbed.benchmarks.control_tasks.episodes import Branches, best_found, episode
 from testbed.benchmarks.control_tasks.oracle import KeepPlan, keep_plan_of, search
 from testbed.benchmarks.control_tasks.tasks import TASKS, Entrant, Task
