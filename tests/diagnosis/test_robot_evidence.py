@@ -227,12 +227,18 @@ def test_a_tolerance_far_beyond_its_size_is_no_name() -> None:
 
 
 @pytest.mark.parametrize(("place", "said"), [("fl_vertical", NO_NAME), ("fr_vertical", None)])
-def test_two_effects_of_one_cylinder_are_a_law_without_a_name(
+def test_gains_of_both_sensors_of_one_cylinder_are_a_sensor_that_bends(
     place: str, said: tuple[str, ...] | None
 ) -> None:
     gains = ("sensor.gain_a@fl_vertical", f"sensor.gain_b@{place}")
     tried = RobotSigns((((gains[0],), 15.0), ((gains[1],), 19.0), (gains, 67.0)))
     assert leading(distribution(tried, calibration())) == (said or gains)
+
+
+def test_two_other_effects_of_one_cylinder_keep_their_names() -> None:
+    pair = ("friction.position@fl_vertical", "sensor.gain_a@fl_vertical")
+    tried = RobotSigns((((pair[0],), 40.0), ((pair[1],), 60.0), (pair, 260.0)))
+    assert leading(distribution(tried, calibration())) == pair
 
 
 def test_a_second_effect_in_other_balances_owes_nothing_to_the_form_of_the_first() -> None:

@@ -21,10 +21,10 @@ What sound machines reach (`sound`) is known for each kind and joint (`sort_of`)
 look like what the model itself is wrong about, others like nothing. What errors of any course at
 its places explain beyond a set and LAW of it counts against it (`rest`). Errors of any course in
 time fit what is wrong with the model itself, too: their evidence counts by less (share'). Sets that
-hold what no name covers, a tolerance of any workshop far beyond its size, or two effects of one
-cylinder count as `unnamed`, and so does the share `lapse` of every name: so often a name that was
-said of runs with known answers was wrong or not alone, however much it explained. The numbers are
-in `calibration.yaml`; `testbed lab fit-robot-diagnosis` fits them.
+hold what no name covers, a tolerance of any workshop far beyond its size, or the gains of both
+sensors of one cylinder count as `unnamed`, and so does the share `lapse` of every name: so often a
+name that was said of runs with known answers was wrong or not alone, however much it explained. The
+numbers are in `calibration.yaml`; `testbed lab fit-robot-diagnosis` fits them.
 """
 
 from __future__ import annotations
@@ -48,6 +48,7 @@ FILE = Path(__file__).with_name("calibration.yaml")
 Array = npt.NDArray[np.float64]
 Names = tuple[str, ...]
 NO_NAME: Names = (UNNAMED,)
+BOTH_GAINS = {"sensor.gain_a", "sensor.gain_b"}
 LAW = 0.1
 """Errors of any course may explain so much more than a true effect does, share of its evidence: no
 law holds to the letter (E).
@@ -231,13 +232,13 @@ def _left_at_its_places(names: Names, factor: float, alone: Mapping[str, float])
 
 def has_names(names: Names) -> bool:
     """Whether every effect of a set is one that a model may lack: not unexplained, no tolerance of
-    any workshop, and not two of them in one cylinder. Two laws of a list seldom meet there; that
-    one which the list lacks looks like two is likelier.
+    any workshop, and not the gains of both sensors of one cylinder: that both are off is rarer than
+    one sensor that bends, which the list lacks and which looks like the two.
     """
     places = {place_of(name) for name in names}
-    one_cylinder = len(names) == 2 and len(places) == 1 and places <= {*AXES}
+    bent = {kind_of(name) for name in names} == BOTH_GAINS and len(places) == 1
     nameless = (is_unexplained(n) or by_name(kind_of(n)).is_tolerance for n in names)
-    return not (one_cylinder or any(nameless))
+    return not (bent or any(nameless))
 
 
 @cache
