@@ -168,11 +168,14 @@ def train_detector(
     ],
     out: Annotated[Path, typer.Option(help="Weights to write, .npz.")],
     epochs: Annotated[int, typer.Option(min=1, help="Times through all cases.")] = 5,
+    beside: Annotated[
+        Path | None, typer.Option(help="Weights of half as many networks, which stay.")
+    ] = None,
 ) -> None:
     """Train the learned detector of contact loss on the tuning scenes alone."""
     from testbed.benchmarks.contact_loss.training import train_on
 
-    for line in train_on(folder, out, epochs):
+    for line in train_on(folder, out, epochs, beside):
         print(line, flush=True)
 
 

@@ -222,7 +222,7 @@ def update_views(
         view_of_motion(memories, foot, numbers, view.motion)
 
 
-MEMBERS = 3
+MEMBERS = 6
 WIDE_OF_ONE, NARROW_OF_ONE = 24, 12
 WIDE, NARROW = MEMBERS * WIDE_OF_ONE, MEMBERS * NARROW_OF_ONE
 """Sizes of the two inner layers, of one member and of all."""
