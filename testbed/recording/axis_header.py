@@ -156,18 +156,31 @@ class Header(AnyHeader):
         return self.model_copy(update=changes)
 
 
+AXIS_RIGS = ("vertical-leg", "cylinder", "drive")
+"""Kinds of rig of one axis."""
+
+
 def read_header(path: Path) -> Header:
     """Read and check the header of one axis' recording. Every fault is an InputError, one line."""
     tree = read_mapping(path)
     check_format(tree, path)
-    if tree.get("rig") in ("robot", "foot"):
-        what = {"robot": "a run of the whole robot", "foot": "of one foot's force"}[tree["rig"]]
+    rig = tree.get("rig")
+    if rig in ("robot", "foot"):
+        what = {"robot": "a run of the whole robot", "foot": "of one foot's force"}[rig]
         raise InputError(
             f"is {what}, not of one axis",
             file=path,
             field="rig",
-            value=tree["rig"],
-            allowed="vertical-leg, cylinder, drive",
+            value=rig,
+            allowed=", ".join(AXIS_RIGS),
+        )
+    if rig not in AXIS_RIGS:
+        raise InputError(
+            "is no kind of rig",
+            file=path,
+            field="rig",
+            value=rig,
+            allowed=", ".join((*AXIS_RIGS, "foot", "robot")),
         )
     header = checked(Header, tree, path)
     check_quantities(header.channels, quantities_of(header.rig), path, header.rig)
