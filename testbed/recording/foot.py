@@ -19,7 +19,12 @@ from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
 from testbed.formats.yaml_files import read_mapping
 from testbed.recording.axis import recording_folder
-from testbed.recording.axis_header import AnyHeader, check_format, check_quantities
+from testbed.recording.axis_header import (
+    AnyHeader,
+    ReferenceForce,
+    check_format,
+    check_quantities,
+)
 from testbed.recording.checks import check_finite, check_time
 from testbed.recording.quantities import quantities_of
 
@@ -40,12 +45,14 @@ class FootHeader(AnyHeader):
     """one foot whose force is known"""
     known: FootScale = FootScale()
     """the foot's own scale"""
+    reference_force: ReferenceForce | None = None
+    """the true force, to score a contact state against"""
 
 
 @dataclass(frozen=True, eq=False)
 class FootRecording:
     """One foot, one row a sample, length n: time s, load N (+ pressed on the ground), whether it
-    carries (or None).
+    carries (or None), the true load N (or None).
     """
 
     name: str
@@ -54,6 +61,7 @@ class FootRecording:
     time_s: Array
     force_n: Array
     contact: Flags | None
+    reference_n: Array | None
 
 
 def read_foot(folder: str | Path, missing: bool = False) -> FootRecording:
@@ -65,9 +73,11 @@ def read_foot(folder: str | Path, missing: bool = False) -> FootRecording:
     file = folder / "recording.yaml"
     header = read_foot_header(file)
     channels, table = header.channels, folder / header.data
-    columns = read_columns(
-        table, {channel.column: f"channels.{key}.column" for key, channel in channels.items()}, file
-    )
+    wanted = {channel.column: f"channels.{key}.column" for key, channel in channels.items()}
+    reference = header.reference_force
+    if reference is not None and reference.column is not None:
+        wanted.setdefault(reference.column, "reference_force.column")
+    columns = read_columns(table, wanted, file)
     series = {
         key: to_si(columns[channel.column], channel.unit) for key, channel in channels.items()
     }
@@ -78,8 +88,12 @@ def read_foot(folder: str | Path, missing: bool = False) -> FootRecording:
     contact = None
     if "contact" in series:
         contact = as_contact(series["contact"], table, channels["contact"].column)
+    true_n = None if reference is None else np.zeros(len(series["time"]))
+    if reference is not None and reference.column is not None:
+        true_n = to_si(columns[reference.column], reference.unit or "N")
+        check_finite("reference_force", true_n, series["time"], table)
     return FootRecording(
-        folder.resolve().name, folder, header, series["time"], series["force"], contact
+        folder.resolve().name, folder, header, series["time"], series["force"], contact, true_n
     )
 
 

@@ -4,14 +4,21 @@ follows a reference.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from testbed.errors import InputError
-from testbed.estimation.contact_losses import LOSS_S, LOSS_SHARE, LossRule, intervals, score_contact
+from testbed.estimation.contact_losses import (
+    LOSS_S,
+    LOSS_SHARE,
+    ContactScore,
+    LossRule,
+    intervals,
+    score_contact,
+)
 from testbed.estimation.detectors import foot_scale as scales
 from testbed.estimation.detectors.single_force import SingleForce
 from testbed.formats.arrays import Array, Flags
@@ -149,14 +156,16 @@ def _judged(
 
 
 def _found(feet: RecordedFeet, foot: str, states: Array, rule: LossRule) -> dict[str, Any]:
-    """What was called lost, and the score against the reference."""
+    """What was called lost, and the score against the reference: nothing but None where there is
+    none.
+    """
     called = intervals(states < SET, feet.time_s)
     found: dict[str, Any] = {
         "called_lost": len(called),
         "called_lost_share": float(np.mean(states < SET)),
     }
     if foot not in feet.reference:
-        return found
+        return dict.fromkeys((part.name for part in fields(ContactScore)), None) | found
     carrying = carrying_of(feet.reference[foot], feet.time_s, rule, feet.folder)
     return score_contact(states, carrying, feet.time_s).as_dict() | found
 
@@ -197,7 +206,7 @@ def _scored(found: dict[str, Any]) -> list[str]:
     def milliseconds(name: str) -> str:
         return "" if found.get(name) is None else f"{1e3 * found[name]:.1f}"
 
-    if "losses" not in found:
+    if found.get("losses") is None:
         return [""] * 7
     return [
         str(found["losses"]),

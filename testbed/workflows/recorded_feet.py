@@ -91,6 +91,8 @@ def _of_foot(folder: Path, force: str | None, reference: str | None) -> Recorded
         against, told = {FOOT: column(reference, "--reference")}, reference
     elif contact is not None:
         against, told = {FOOT: contact.astype(np.float64)}, "channel contact"
+    elif read.reference_n is not None:
+        against, told = {FOOT: read.reference_n}, "reference_force"
     return RecordedFeet(
         folder,
         read.time_s,

@@ -19,7 +19,7 @@ from testbed.cli import app
 from testbed.errors import InputError
 from testbed.estimation.contact_losses import LossRule
 from testbed.formats.table import write_columns
-from testbed.formats.yaml_files import write_yaml
+from testbed.formats.yaml_files import read_mapping, write_yaml
 
 SAMPLES = Path(__file__).parents[1] / "data" / "first_version"
 WALK = Walk(noise=0.02, offset=0.01, duration_s=30.0)
@@ -137,6 +137,35 @@ def test_a_foot_is_scored_against_its_contact_channel_or_a_force(tmp_path: Path)
     written = pq.read_table(out)
     assert written.column_names == ["t", "contact_foot", "known_foot"]
     assert set(written["contact_foot"].to_pylist()) == {0.0, 1.0}
+
+
+def test_a_foot_that_carries_its_own_load_cell_is_scored_against_it(tmp_path: Path) -> None:
+    """A foot that always hangs in the air is lost all the time."""
+    foot, out = _foot(tmp_path / "foot", WALK, {"nominal_load_n": 9500.0}), tmp_path / "out.csv"
+    by_column = _detect(foot, "--out", out, "--reference", "true")
+    header = read_mapping(foot / "recording.yaml")
+    del header["channels"]["contact"]
+    scored = {}
+    for kind in ({"kind": "load-cell", "column": "true", "unit": "N"}, {"kind": "free"}):
+        write_yaml(foot / "recording.yaml", header | {"reference_force": kind})
+        done = _detect(foot, "--out", out)
+        assert done["reference"] == "reference_force"
+        scored[kind["kind"]] = done["feet"]["foot"]
+    assert scored["load-cell"] == by_column["feet"]["foot"]
+    assert scored["free"]["missed_s"] > 1.0 and scored["free"]["false_flight_s"] == 0.0
+    unknown = {"kind": "load-cell", "column": "cell", "unit": "N"}
+    write_yaml(foot / "recording.yaml", header | {"reference_force": unknown})
+    with pytest.raises(InputError, match=r"reference_force\.column"):
+        _detect(foot, "--out", out)
+
+
+def test_without_a_reference_every_score_is_told_as_unknown(tmp_path: Path) -> None:
+    foot, out = _foot(tmp_path / "foot", WALK, {"nominal_load_n": 9500.0}), tmp_path / "out.csv"
+    header = read_mapping(foot / "recording.yaml")
+    del header["channels"]["contact"]
+    write_yaml(foot / "recording.yaml", header)
+    found = _detect(foot, "--out", out)["feet"]["foot"]
+    assert all(found[key] is None for key in KEYS) and found["called_lost"] > 5
 
 
 def test_two_kilograms_are_judged_as_a_tonne_is(tmp_path: Path) -> None:
