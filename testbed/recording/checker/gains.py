@@ -5,6 +5,9 @@ With friction of any kind about a zero, y = c + C sign(v) + sigma v + m a explai
 the balance. A channel whose force enters it once more with a factor that is not 0 has another gain
 than 1; one whose force does so from a moment on, has jumped. What grows smoothly (a drift, friction
 that warms up) is an effect, for the diagnosis to find.
+
+At a pressure that is held, a gain of nought beside a large enough zero explains any channel: gains
+stay within SAME_SCALE, beyond which a scale is wrong, and a zero alone tells how far a gain is off.
 """
 
 from __future__ import annotations
@@ -15,7 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.formats.arrays import Array
-from testbed.recording.checker.balance import ALIKE, ENOUGH, FEW, MENDED, WORST, Forces
+from testbed.recording.checker.balance import (
+    ALIKE,
+    ENOUGH,
+    FEW,
+    MENDED,
+    SAME_SCALE,
+    WORST,
+    ZERO,
+    Forces,
+)
 from testbed.recording.checker.finding import Finding
 
 OFF = 0.075
@@ -27,6 +39,9 @@ named beside it."""
 MOMENTS, ENDS = 25, (0.05, 0.95)
 """Moments at which a jump is tried, then as many between the neighbours of the best, and the shares
 of the motion between which they lie."""
+HELD = 0.25
+"""Spread of a load cell's force, as a share of it, up to which its gain is told by the zero alone
+(seals at a held pressure spread by 0.05 to 0.2 of it, by their friction)."""
 SHARPER = 0.6
 """A jump has to leave less than this share of what gains, zeros and friction that grow with time
 leave."""
@@ -47,25 +62,39 @@ class Left:
     own_n: Mapping[str, Array]
     size_n: float
 
-    def without(self, *columns: Array) -> tuple[Array, Array]:
-        """(what is left with further columns (n,), the weights of these)."""
+    def without(self, gain: Array | None, *columns: Array) -> tuple[Array, Array]:
+        """(what is left (n,) with a channel's own force and further columns, their weights).
+
+        `gain`: that force, whose weight is 1 less a factor within SAME_SCALE.
+        """
+        left, found = self._solved(self.rest_n, *(() if gain is None else (gain,)), *columns)
+        if gain is None:
+            return left, found
+        weight = float(np.clip(found[0], 1.0 - SAME_SCALE[1], 1.0 - SAME_SCALE[0]))
+        if weight == found[0]:
+            return left, found
+        left, found = self._solved(self.rest_n - weight * gain, *columns)
+        return left, np.concatenate([[weight], found])
+
+    def _solved(self, rest_n: Array, *columns: Array) -> tuple[Array, Array]:
         design = np.column_stack([self.plain, *columns])
-        found = np.asarray(np.linalg.lstsq(design, self.rest_n, rcond=None)[0], dtype=np.float64)
-        return self.rest_n - design @ found, found[self.plain.shape[1] :]
+        found = np.asarray(np.linalg.lstsq(design, rest_n, rcond=None)[0], dtype=np.float64)
+        return rest_n - design @ found, found[self.plain.shape[1] :]
 
     def smooth(self, own: Array) -> tuple[Array, ...]:
         """What grows with time or with the way, beside one channel's gain."""
-        return own, self.travel, self.time, own * self.time, self.plain[:, 1] * self.time
+        return self.travel, self.time, own * self.time, self.plain[:, 1] * self.time
 
-    def share(self, *columns: Array) -> float:
+    def share(self, gain: Array | None = None, *columns: Array) -> float:
         """Root mean square of that, as a share of the forces."""
-        return float(np.sqrt(np.mean(self.without(*columns)[0] ** 2))) / self.size_n
+        return float(np.sqrt(np.mean(self.without(gain, *columns)[0] ** 2))) / self.size_n
 
 
 def check_gains(forces: Forces, names: Mapping[str, str]) -> Iterator[Finding]:
     """A load cell whose gain is off, or a sensor whose gain jumps."""
     left = _left(forces)
     if left is None:
+        yield from _held(forces, names)
         return
     jumps = list(_jumps(left, forces, names))
     yield from jumps or _off(left, names)
@@ -107,7 +136,7 @@ def _off(left: Left, names: Mapping[str, str]) -> Iterator[Finding]:
     shares = {name: left.share(own) for name, own in left.own_n.items()}
     factor = 1.0 - float(left.without(left.own_n["reference"])[1][0])
     best = shares["reference"]
-    rivals = [*shares.values(), left.share(left.travel)]  # by a spring that the model lacks
+    rivals = [*shares.values(), left.share(None, left.travel)]  # by a spring that the model lacks
     better = any(share * ALIKE + 0.1 * WORST < best for share in rivals)
     if best > MENDED * before or abs(factor - 1.0) < OFF or factor <= 0.0 or better:
         return
@@ -119,6 +148,30 @@ def _off(left: Left, names: Mapping[str, str]) -> Iterator[Finding]:
         + (f" (or the gain of {' or '.join(others)} is off)" if others else ""),
         f"friction, weight and inertia leave {100 * before:.2g} % of the forces as it is, "
         f"{100 * best:.2g} % with it multiplied by {factor:.3g}",
+        "put the load cell's gain right, or the pressures' and the bore",
+    )
+
+
+def _held(forces: Forces, names: Mapping[str, str]) -> Iterator[Finding]:
+    """A load cell at a held pressure, of whose force more than any sensor's zero is missing."""
+    cell, moving = forces.even.series.get("reference"), forces.even.moving
+    if cell is None or moving.sum() < FEW or forces.misfit({}) < WORST:
+        return
+    force, speed, size_n = forces.left_over({})
+    ways = [force[moving & (sign * speed > 0.0)] for sign in (1.0, -1.0)]
+    mean_n, spread_n = float(np.mean(cell[moving])), float(np.std(cell[moving]))
+    if min(len(way) for way in ways) < FEW // 4 or spread_n > HELD * abs(mean_n):
+        return
+    zero_n = 0.5 * sum(float(np.median(way)) for way in ways)
+    factor = 1.0 + zero_n / mean_n
+    if abs(zero_n) < ZERO * size_n or abs(factor - 1.0) < OFF:
+        return
+    yield Finding(
+        "warning",
+        names["reference"],
+        f"reads {1.0 / factor:.3g} times the force that balances (or pressures, bore or a weight "
+        "are off: the pressure is held, which tells them not apart)",
+        f"{zero_n:.3g} N are missing both ways, beside {mean_n:.3g} N that it reads",
         "put the load cell's gain right, or the pressures' and the bore",
     )
 
@@ -146,7 +199,7 @@ def _jumps(left: Left, forces: Forces, names: Mapping[str, str]) -> Iterator[Fin
         gain, jump = (float(weight) for weight in left.without(own, own * (left.time > at))[1])
         found.append((share, name, at, (1.0 - gain) / (1.0 - gain - jump)))
     share, name, at, factor = min(found)
-    sharp = share < SHARPER * left.share(*left.smooth(left.own_n[name]))
+    sharp = share < SHARPER * left.share(left.own_n[name], *left.smooth(left.own_n[name]))
     if not sharp or abs(factor - 1.0) < JUMPED:
         return
     others = [names[n] for rest, n, *_ in found if n != name and rest < BESIDE * share]
