@@ -79,3 +79,7 @@ class GainB(Gain):
 
 
 EFFECTS = (GainA(), GainB())
+BOTH = frozenset(effect.kind for effect in EFFECTS)
+"""Named together in one cylinder they are more likely one sensor that bends (sensor_linearity.py)
+than two gains that are off.
+"""

@@ -42,13 +42,13 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.unexplained import UNNAMED, is_unexplained
 from testbed.effects import by_name, kind_of, place_of
+from testbed.effects.sensor_gain import BOTH
 from testbed.machine.names import AXES
 
 FILE = Path(__file__).with_name("calibration.yaml")
 Array = npt.NDArray[np.float64]
 Names = tuple[str, ...]
 NO_NAME: Names = (UNNAMED,)
-BOTH_GAINS = {"sensor.gain_a", "sensor.gain_b"}
 LAW = 0.1
 """Errors of any course may explain so much more than a true effect does, share of its evidence: no
 law holds to the letter (E).
@@ -236,7 +236,7 @@ def has_names(names: Names) -> bool:
     one sensor that bends, which the list lacks and which looks like the two.
     """
     places = {place_of(name) for name in names}
-    bent = {kind_of(name) for name in names} == BOTH_GAINS and len(places) == 1
+    bent = {kind_of(name) for name in names} == BOTH and len(places) == 1
     nameless = (is_unexplained(n) or by_name(kind_of(n)).is_tolerance for n in names)
     return not (bent or any(nameless))
 
