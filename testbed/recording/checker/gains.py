@@ -41,7 +41,7 @@ MOMENTS, ENDS = 25, (0.05, 0.95)
 of the motion between which they lie."""
 HELD = 0.25
 """Spread of a load cell's force, as a share of it, up to which its gain is told by the zero alone
-(seals at a held pressure spread by 0.05 to 0.2 of it, by their friction)."""
+(E: a seal's friction at a held pressure makes less)."""
 SHARPER = 0.6
 """A jump has to leave less than this share of what gains, zeros and friction that grow with time
 leave."""
