@@ -89,7 +89,7 @@ def read_foot(folder: str | Path, missing: bool = False) -> FootRecording:
     if "contact" in series:
         contact = as_contact(series["contact"], table, channels["contact"].column)
     true_n = None if reference is None else np.zeros(len(series["time"]))
-    if reference is not None and reference.column is not None:
+    if reference is not None and reference.kind == "load-cell" and reference.column:
         true_n = to_si(columns[reference.column], reference.unit or "N")
         check_finite("reference_force", true_n, series["time"], table)
     return FootRecording(

@@ -189,12 +189,10 @@ class _Fit:
         """What a cushion costs that its piston hardly ever leaves: it is a spring (Cushion.price).
         It is left in either of two recordings.
         """
-        start, bodies = (
-            part.values(numbers).get("start"),
-            (self.balances.body, self.balances.second),
-        )
+        start = part.values(numbers).get("start")
         if start is None:
             return 0.0
+        bodies = (self.balances.body, self.balances.second)
         seen = [body.seen for body in bodies if body is not None]
         outside = [np.mean(s.extension_m[:, s.axis(part.candidate.place)] > start) for s in seen]
         return LEFT_COST * max(1.0 - float(max(outside)) / LEFT_SHARE, 0.0)
