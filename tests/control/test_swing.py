@@ -17,13 +17,14 @@ ARMS = np.tile([0.19, 1.0, 1.0], 4)
 PACE = Pace(MACHINE, ARMS)
 
 
-def swing(forward: float, up: float, above: float = 0.0) -> Swing:
+def swing(forward: float, up: float, above: float = 0.0, ramp: float = SWING_RAMP) -> Swing:
     """Leg fl from its place at the start, `forward` ahead and `above` higher, by a top `up` above
-    the start.
+    the start; `ramp`: share of each part's time in which its speed rises, and falls.
     """
     foot = LEGS.feet(START)[0]
     end = foot + np.array([forward, 0.0, above])
-    return Swing(LEGS, 0, foot, end, np.zeros(3), np.zeros(3), float(foot[2]) + up).timed(PACE)
+    top_m, still = float(foot[2]) + up, np.zeros(3)
+    return Swing(LEGS, 0, foot, end, still, still, top_m, ramp=ramp).timed(PACE)
 
 
 def test_a_swing_leads_from_its_start_over_its_top_to_its_end() -> None:
@@ -59,8 +60,9 @@ def test_rise_and_descent_take_what_the_vertical_valve_needs() -> None:
     assert way.over_s == 0.0 and way.duration_s == pytest.approx(0.21 * metre_s, rel=1e-3)
 
 
-def test_no_joint_of_a_swing_is_faster_than_its_valve() -> None:
-    way = swing(0.4, 0.06, above=0.01)
+@pytest.mark.parametrize("ramp", [SWING_RAMP, 0.14])
+def test_no_joint_of_a_swing_is_faster_than_its_valve(ramp: float) -> None:
+    way = swing(0.4, 0.06, above=0.01, ramp=ramp)
     times = np.linspace(0.0, way.duration_s, 2001)
     feet = np.array([way.foot(t, np.zeros(3)) for t in times])
     joints = np.array([LEGS.joints(np.tile(foot, (4, 1)))[:3] for foot in feet])
@@ -68,6 +70,12 @@ def test_no_joint_of_a_swing_is_faster_than_its_valve() -> None:
     bore = math.pi / 4 * np.array([0.063, 0.063, 0.07]) ** 2 * np.array([0.19, 1.0, 1.0])
     allowed = FREE_SHARE * np.array([2.6667e-4, 2.6667e-4, 4.1667e-4]) / bore
     assert np.all(speed < 1.001 * allowed) and np.max(speed / allowed) > 0.99
+
+
+def test_shorter_ramps_save_time_in_proportion() -> None:
+    """A mean speed of 0.86 instead of 0.8 of the valve's."""
+    usual, sooner = swing(0.4, 0.06, above=0.01), swing(0.4, 0.06, above=0.01, ramp=0.14)
+    assert sooner.duration_s / usual.duration_s == pytest.approx((1.0 - SWING_RAMP) / 0.86)
 
 
 def test_a_foot_that_took_a_jerk_for_the_ground_searches_on() -> None:

@@ -18,8 +18,8 @@ RAMP = 0.12
 PEAK = 1.0 / (1.0 - RAMP)
 """Highest speed relative to the mean."""
 SWING_RAMP = 0.2
-"""The same share for each part of a swing: a leg that sets off or stops too hard lifts the foot
-across from it.
+"""The usual such share for each part of a swing: a leg that sets off or stops too hard lifts the
+foot across from it.
 """
 LOADED_SHARE = 0.85
 """Share of a valve's flow at its rated drop that set points of a leg in stance may ask for (E): the
@@ -69,11 +69,13 @@ class Pace:
         """Least duration of a leg's swing, sampled evenly in time: joints (n, 12)."""
         return self._needed_s(joints, np.zeros((len(joints), 2)), self._free)
 
-    def free_s(self, axis: int, change: float) -> float:
-        """Least duration of a move by `change` (rad or m) of one joint of a leg in the air."""
+    def free_s(self, axis: int, change: float, ramp: float = SWING_RAMP) -> float:
+        """Least duration of a move by `change` (rad or m) of one joint of a leg in the air, whose
+        speed rises and falls in this share of it.
+        """
         return (
             abs(change)
-            / (1.0 - SWING_RAMP)
+            / (1.0 - ramp)
             * float(self._volume[axis] / self._free[axis])
             / min(self.haste, 1.0)
         )

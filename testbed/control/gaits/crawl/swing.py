@@ -123,6 +123,8 @@ class Swing:
     """Share of the time of rising after which the foot goes over, and of the time of coming down at
     which it is there.
     """
+    ramp: float = SWING_RAMP
+    """Share of each part's time in which its speed rises, and falls."""
     rise_s: float = 1.0
     over_s: float = 1.0
     lower_s: float = 1.0
@@ -137,7 +139,7 @@ class Swing:
     @cached_property
     def arrival(self) -> float:
         """Share of the whole way's time from which the foot slows down towards its end."""
-        return 1.0 - SWING_RAMP * self.lower_s / self.duration_s
+        return 1.0 - self.ramp * self.lower_s / self.duration_s
 
     def timed(self, pace: Pace) -> Swing:
         """The same way in the least time that the leg's own cylinders allow."""
@@ -146,9 +148,11 @@ class Swing:
         *across, up = range(ROTATION[self.leg], VERTICAL[self.leg] + 1)
         return replace(
             self,
-            rise_s=pace.free_s(up, self.high_m - self.start[2]),
-            over_s=max(pace.free_s(axis, change[index]) for index, axis in enumerate(across)),
-            lower_s=pace.free_s(up, self.high_m - self.end[2]),
+            rise_s=pace.free_s(up, self.high_m - self.start[2], self.ramp),
+            over_s=max(
+                pace.free_s(axis, change[index], self.ramp) for index, axis in enumerate(across)
+            ),
+            lower_s=pace.free_s(up, self.high_m - self.end[2], self.ramp),
         )
 
     def slower(self, times: float) -> Swing:
@@ -165,13 +169,13 @@ class Swing:
         """
         total = self.duration_s
         begin, end = self.clear * self.rise_s, total - self.clear * self.lower_s
-        over = progress((t - begin) / (end - begin), SWING_RAMP)
+        over = progress((t - begin) / (end - begin), self.ramp)
         first, last = self._ends
         if body_then is not None:
             last = self._joints(self.end - body_then)
         x, y, _ = self.legs.leg_foot(self.leg, (first + over * (last - first)).tolist())
-        up = progress(t / self.rise_s, SWING_RAMP)
-        down = progress((t - total + self.lower_s) / self.lower_s, SWING_RAMP)
+        up = progress(t / self.rise_s, self.ramp)
+        down = progress((t - total + self.lower_s) / self.lower_s, self.ramp)
         start, end = self._heights
         height = start + (self.high_m - start) * up + (end - self.high_m) * down
         return np.array([body[0] + x, body[1] + y, height])

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.control.gaits.crawl.footholds import Footholds, Swings
-from testbed.control.gaits.crawl.pace import Pace, progress
+from testbed.control.gaits.crawl.pace import SWING_RAMP, Pace, progress
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.crawl.swing import CLEAR, Activity, BodyWay, GroundSearch, Phase, Swing
 from testbed.errors import InputError
@@ -32,8 +32,8 @@ STEEP, GENTLE = 0.3, 0.6
 and it rests while legs swing; from the second on it flows in full (E).
 """
 CREEP_EASE = 1.2
-"""The body takes so many times its least time for that: the rest of valves, pump and ropes is the
-swings' (E).
+"""The body usually takes so many times its least time for that: the rest of valves, pump and ropes
+is the swings' (E).
 """
 WAY_SAMPLES = 20
 """A way is sampled at so many points to find what it asks of valves, pump and ropes."""
@@ -69,6 +69,10 @@ class GaitStyle:
     """Before it swings, a foot is raised at this speed."""
     clear: float = CLEAR
     """See Swing."""
+    swing_ramp: float = SWING_RAMP
+    """See Swing."""
+    creep_ease: float = CREEP_EASE
+    """The body takes so many times its least time for its way while legs swing."""
 
 
 UNHURRIED = GaitStyle(0.0)
@@ -80,11 +84,13 @@ STYLES = {
         creep=0.75,
         flows=True,
         seat_s=0.15,
-        lead_s=0.5,
+        lead_s=0.65,
         margin=0.6,
         haste=1.2,
         unload_m_s=0.008,
         clear=0.15,
+        swing_ramp=0.14,
+        creep_ease=1.1,
     ),
 }
 
@@ -228,7 +234,7 @@ class WalkPlan:
             feet[leg] = place
         if creep.any():
             sets_off = 2 if self.manner.lead_s > 0.0 else 1
-            phases[sets_off].way = self._way(feet, goal, goal + creep, CREEP_EASE)
+            phases[sets_off].way = self._way(feet, goal, goal + creep, self.manner.creep_ease)
         return phases
 
     @property
@@ -333,7 +339,8 @@ class WalkPlan:
         above = place + np.array([0.0, 0.0, self._ground.above_m])
         high = max(float(start[2]), float(above[2])) + self.stride.swing_height_m
         legs = self._footholds.legs
-        way = Swing(legs, leg, start, above, body, body + creep, high, self.manner.clear)
+        clear, ramp = self.manner.clear, self.manner.swing_ramp
+        way = Swing(legs, leg, start, above, body, body + creep, high, clear, ramp)
         swing = self.timed(way, feet)
         return [
             Phase(Activity.UNLOAD, UNLOAD_S, leg),
