@@ -221,7 +221,7 @@ def test_a_header_that_cannot_be_read_is_a_finding_and_no_folder_is_an_error(
     sample.write(tmp_path)
     found = check_recording(tmp_path)
     assert not found.usable and found.findings[0].channel == "rig"
-    with pytest.raises(InputError, match="no such recording folder"):
+    with pytest.raises(InputError, match="no such folder"):
         check_recording(tmp_path / "nothing")
 
 
