@@ -89,6 +89,19 @@ class Recording:
         steps = np.abs(np.diff(np.unique(self.position_m)))
         return float(steps.min()) if steps.size and steps.min() > FINEST_COUNT_M else 0.0
 
+    def known_force_n(self) -> Array:
+        """The true external force (n,). Raises InputError where the recording does not declare
+        it.
+        """
+        if self.reference_force_n is None:
+            raise InputError(
+                "the external force is not known",
+                file=self.folder / "recording.yaml",
+                field="reference_force",
+                allowed="kind: foot-in-air, free (it is 0 N) or load-cell (its column)",
+            )
+        return self.reference_force_n
+
     def __len__(self) -> int:
         return len(self.time_s)
 
