@@ -237,6 +237,12 @@ COMMANDS: dict[str, tuple[list[str], str]] = {
     ),
     "contact_loss_to_a_file": (["contact-loss", "--out", "bare.yaml"], "--out: cannot be written"),
     "trials_to_a_file": (["evaluate-diagnosis", "--out", "bare.yaml"], "--out: cannot be written"),
+    "saved_before_the_start": (
+        ["save", "good.yaml", "--at", "-1", "--out", "s.npz"],
+        "--at = -1.0: is out of range (allowed: 0 to 0.2 s",
+    ),
+    "saved_after_the_end": (["save", "good.yaml", "--at", "1e9", "--out", "s.npz"], "--at = 10000"),
+    "saved_at_no_time": (["save", "good.yaml", "--at", "nan", "--out", "s.npz"], "--at = nan"),
     "no_run_to_view": (["view", "thesis"], "thesis: holds no run"),
 }
 
