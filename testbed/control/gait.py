@@ -254,7 +254,7 @@ class BelievedStart:
     robot: Robot
     """Its numbers, masses and leg kinematics as believed."""
     joints: Array
-    """(12) AXES order, rad (rotation) and m."""
+    """(12) AXES order, rad (rotation) and m, as the encoders have them."""
     load_n: Array
     """(4) normal loads of the feet, LEGS order."""
     rope_tension_n: Array

@@ -53,6 +53,7 @@ class Assembled:
     hidden: Hidden
     belief: Robot
     start_joints: Array
+    """(12) as its encoders have them, rad and m: where the position loops hold it at first."""
     start_base: Array
     start_events: list[dict[str, Any]]
     thrust: ThrustBound
@@ -173,7 +174,8 @@ def assemble(
         boards = initial_boards(truth, belief, engine, start)
         boards["drill"] = drill.loads
         drill.loads = boards[0].drill
-        electronics = _electronics(scenario, believed, belief, start, own)
+        seen = replace(start, joints=boards["loops"]["reference"][0].copy())
+        electronics = _electronics(scenario, believed, belief, seen, own)
     except BaseException:
         engine.close()
         raise
@@ -194,7 +196,7 @@ def assemble(
         kinematics=robot.model,
         hidden=hidden,
         belief=belief,
-        start_joints=start.joints,
+        start_joints=seen.joints,
         start_base=start.position_m.copy(),
         thrust_factor=hidden.thrust_factor,
         **electronics,
@@ -214,7 +216,7 @@ def _electronics(
     scenario: Scenario, believed: BelievedRobot, belief: Robot, start: Start, own: OwnParts
 ) -> dict[str, Any]:
     """What the machine's electronics run, and what people worked out before the run: fields of
-    Assembled.
+    Assembled. The joints of `start` are those that the encoders read.
     """
     expected = ExpectedLoads(belief.model, belief.machine)
     pulls = start.rope_tension_n[:, None] * (start.surveyed_directions @ start.rotation)

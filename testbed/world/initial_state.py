@@ -51,8 +51,10 @@ class Truth:
 def initial_boards(truth: Truth, belief: Robot, engine: Engine, start: Start) -> NDArray[Any]:
     """An array of one Board for a machine that stands as `start` has it, the engine reset to it.
 
-    Only the position loops are made from what is believed. Raises InputError for numbers that
-    cannot be.
+    Only the position loops are made from what is believed. They begin to hold each joint where its
+    own encoder has it, as a controller does that is switched on while the machine stands: set
+    points taken from anywhere else would press the feet against each other, 2 kN for a tenth of a
+    millimetre. Raises InputError for numbers that cannot be.
     """
     boards = Board.zeros()
     board = boards[0]
@@ -63,7 +65,7 @@ def initial_boards(truth: Truth, belief: Robot, engine: Engine, start: Start) ->
     _hang_ropes(board, truth, start)
     _fit_sensors(board, truth)
     board["loops"] = position_loops(belief.machine, belief.linkages.gain_arms(start.joints))
-    board["loops"]["reference"] = start.joints
+    board["loops"]["reference"] = start.joints + board.sensors.joint_offset
     board["valves_locked"] = truth.scenario.hydraulics.valves_locked
     return boards
 

@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 from perturbed import changes_recording
 
+from testbed.formats.arrays import Array
 from testbed.formats.yaml_files import read_mapping
-from testbed.machine.names import SIDES
+from testbed.machine.names import LEGS, SIDES
 from testbed.scenario import machines as drawn
 from testbed.scenario.machines import Tolerance, tolerances
-from testbed.scenario.scenario import load_scenario
+from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.simulation.run import run_scenario
+from testbed.world.simulation import Simulation
 
 CHANGES = (
     "duration_s=1.0",
@@ -60,3 +62,60 @@ def test_the_recording_says_the_same_of_a_drawn_machine_and_the_drawing(tmp_path
     assert abs(truth["numbers"]["total_mass_kg"]["value"] - 4000.0) < 130.0
     shift_m = truth["numbers"]["robot.centre_of_mass@body.x"]["value"]
     assert 0.0 < abs(shift_m) < 0.055
+
+
+def all_columns(scenario: Scenario) -> dict[str, Array]:
+    """Data and truth of a whole run, by name."""
+    simulation = Simulation(scenario)
+    try:
+        data, truth = simulation.run_block(int(scenario.duration_s / simulation.dt))
+    finally:
+        simulation.machine.engine.close()
+    found = {name: truth[:, k] for k, name in enumerate(simulation.truth_columns)}
+    return found | {name: data[:, k] for k, name in enumerate(simulation.data_columns)}
+
+
+def friction_use(truth: dict[str, Array], leg: str, slope_deg: float, friction: float) -> Array:
+    """Tangential over normal force of a foot on a plane, over its coefficient of friction."""
+    slope = np.radians(slope_deg)
+    across = [truth[f"foot_force_in_world_{leg}_{axis}"] for axis in "xyz"]
+    normal = np.cos(slope) * across[2] - np.sin(slope) * across[0]
+    up = np.cos(slope) * across[0] + np.sin(slope) * across[2]
+    return np.asarray(np.hypot(up, across[1]) / normal / friction)
+
+
+ENCODERS_OFF = [
+    "undeclared=["
+    "{effect: sensor.encoder_offset, at: rl_radial, parameters: {offset: 1.0e-3}},"
+    "{effect: sensor.encoder_offset, at: fr_vertical, parameters: {offset: -1.0e-3}}]"
+]
+
+
+def test_control_begins_to_hold_a_machine_where_its_encoders_have_it() -> None:
+    """Zeros of encoders that are a millimetre off (20 kN of oil) move no valve of a standing robot
+    and leave the feet their loads.
+    """
+    rows = {}
+    for name, changes in (("sound", []), ("off", ENCODERS_OFF)):
+        rows[name] = all_columns(load_scenario("stand_slope_45", changes, duration=1.0))
+    sound, off = rows["sound"], rows["off"]
+    moved = off["reference_rl_radial"] - sound["reference_rl_radial"]
+    np.testing.assert_allclose(moved, 1e-3)
+    for name in ("valve_rl_radial", "valve_fr_vertical"):
+        assert not off[name].any()
+    for leg in LEGS:
+        load = f"foot_load_{leg}"
+        np.testing.assert_allclose(off[load], sound[load], atol=60.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_a_drawn_machine_that_stands_quietly_does_not_fight_itself(seed: int) -> None:
+    changes = ["machine.draw=workshop", f"machine.seed={seed}"]
+    scenario = load_scenario("stand_slope_45", changes, duration=30.0)
+    truth = all_columns(scenario)
+    assert truth["t"][-1] > 29.9
+    slope, friction = scenario.terrain.slope_deg, scenario.terrain.friction
+    use = np.array([friction_use(truth, leg, slope, friction) for leg in LEGS])
+    assert use.max() < 0.4
+    assert use[:, -1000:].max() < 0.3
