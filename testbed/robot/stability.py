@@ -131,13 +131,24 @@ def tipping_work_j(feet_m: ArrayLike, forces_n: ArrayLike, points_m: ArrayLike) 
 
 
 def _edges(feet: Array) -> list[tuple[Array, Array]]:
-    """Edges between neighbours of the feet in the order in which they stand around their middle,
-    seen along z, counter-clockwise: of their convex hull, unless a foot stands inside it.
-    """
+    """Edges of the convex hull of three or four feet, seen along z, counter-clockwise."""
     middle = feet[:, :2].mean(axis=0)
     around = np.argsort(np.arctan2(feet[:, 1] - middle[1], feet[:, 0] - middle[0]))
-    ring = feet[around]
-    return [(ring[index], ring[(index + 1) % len(ring)]) for index in range(len(ring))]
+    ring = [feet[index] for index in around]
+    corners = [
+        foot
+        for index, foot in enumerate(ring)
+        if not _turns_right(ring[index - 1], foot, ring[(index + 1) % len(ring)])
+    ]
+    return list(zip(corners, [*corners[1:], corners[0]], strict=True))
+
+
+def _turns_right(before: Array, at: Array, after: Array) -> bool:
+    """Whether a way through three places bends to the right, seen along z: there a foot stands
+    between the others.
+    """
+    (x, y), (u, v) = (at - before)[:2], (after - at)[:2]
+    return bool(x * v - y * u < 0.0)
 
 
 def _edge_work_j(start: Array, end: Array, forces: Array, points: Array) -> float:
