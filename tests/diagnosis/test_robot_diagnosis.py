@@ -106,7 +106,7 @@ def test_scores_count_names_places_intervals_and_what_is_closed() -> None:
     assert wrong["place_named"]["share"] == 1.0 and wrong["name_and_place"]["share"] == 0.0
 
 
-@pytest.mark.parametrize(("after", "believed"), [(0.9, 1), (1.0, 1), (1.01, 0)])
+@pytest.mark.parametrize(("after", "believed"), [(0.9, 1), (1.0, 1), (1.01, 1), (1.03, 0)])
 def test_what_foretells_forces_worse_is_said_but_not_believed(after: float, believed: int) -> None:
     found = Found("sensor.gain_a", "fl_vertical", {"gain_error": Parameter(value=0.1, unit="1")})
     errors = {FORCES: {"before": 1.0, "refit": 1.0, "after": after}}
@@ -115,7 +115,7 @@ def test_what_foretells_forces_worse_is_said_but_not_believed(after: float, beli
     assert len(models(said, RobotModelFile())["after"].effects) == believed
 
 
-@pytest.mark.parametrize(("after", "believed"), [(1.0, True), (1.01, False)])
+@pytest.mark.parametrize(("after", "believed"), [(1.01, True), (1.03, False)])
 def test_a_summary_says_where_what_was_found_is_not_in_the_model(
     after: float, believed: bool
 ) -> None:
