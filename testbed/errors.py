@@ -4,6 +4,7 @@ status.
 
 from __future__ import annotations
 
+import difflib
 import errno
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
@@ -37,10 +38,18 @@ class InputError(Exception):
         parts = [str(file)] if file is not None else []
         if field is not None:
             parts.append(field if value is None else f"{field} = {_short(value)}")
+        elif value is not None:
+            parts.append(_short(value))
         text = ": ".join([*parts, problem])
         if allowed is not None:
             text += f" (allowed: {allowed})"
         super().__init__(" ".join(text.split()))
+
+
+def did_you_mean(value: object, names: Collection[object]) -> str:
+    """The nearest of the allowed names as the end of a problem; empty where none is near."""
+    near = difflib.get_close_matches(str(value), list(map(str, names)), n=1)
+    return f", did you mean {near[0]!r}?" if near else ""
 
 
 def check_one_of(
@@ -53,6 +62,7 @@ def check_one_of(
     """Raise InputError with what is allowed unless `value` is one of `names`."""
     if value not in names:
         allowed = ", ".join(map(str, names))
+        problem += did_you_mean(value, names)
         raise InputError(problem, file=file, field=field, value=value, allowed=allowed)
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from testbed.errors import InputError
+from testbed.errors import InputError, did_you_mean
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -38,8 +38,7 @@ def scenario(name: str | Path) -> Path:
         shipped = folder("scenarios") / f"{given.stem}.yaml"
         if shipped.is_file() and str(given.parent) in (".", "scenarios"):
             return shipped
-    names = ", ".join(sorted(path.stem for path in folder("scenarios").glob("*.yaml")))
-    raise InputError("no such scenario", file=str(name), allowed=f"a file, or one of {names}")
+    raise _none_of("scenario", name, folder("scenarios"))
 
 
 def sweep(name: str | Path) -> Path:
@@ -54,5 +53,12 @@ def sweep(name: str | Path) -> Path:
         found = shipped / f"{given.stem}.yaml"
         if found.is_file():
             return found
-    names = ", ".join(sorted(path.stem for path in shipped.glob("*.yaml")))
-    raise InputError("no such sweep", file=str(name), allowed=f"a file, or one of {names}")
+    raise _none_of("sweep", name, shipped)
+
+
+def _none_of(kind: str, name: str | Path, shipped: Path) -> InputError:
+    """What is said of a name that is neither a file nor one of those shipped in a folder."""
+    names = sorted(path.stem for path in shipped.glob("*.yaml"))
+    hint = did_you_mean(Path(name).stem, names)
+    allowed = f"a file, or one of {', '.join(names)}"
+    return InputError(f"no such {kind}{hint}", file=str(name), allowed=allowed)

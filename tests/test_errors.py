@@ -23,7 +23,7 @@ def test_the_line_names_file_field_value_and_what_is_allowed() -> None:
         ({}, "is wrong"),
         ({"file": "a.yaml"}, "a.yaml: is wrong"),
         ({"field": "seed"}, "seed: is wrong"),
-        ({"value": 3}, "is wrong"),
+        ({"value": 3}, "3: is wrong"),
         ({"allowed": "1"}, "is wrong (allowed: 1)"),
     ],
 )

@@ -80,12 +80,16 @@ def save(
     """Simulate a scenario up to an instant and save everything that goes on from there, to the last
     bit.
     """
+    from testbed.errors import InputError
     from testbed.formats.files import check_file
     from testbed.report.console import waiting
     from testbed.simulation.live_run import simulate
 
     check_file(out, (".npz",))
     loaded = changes.of(scenario)
+    if not 0.0 <= at <= loaded.duration_s:
+        allowed = f"0 to {loaded.duration_s:g} s, the scenario's duration (--duration)"
+        raise InputError("is out of range", field="--at", value=at, allowed=allowed)
     with waiting(f"simulating {at:g} s"), simulate(loaded, model=model) as run:
         run.step(round(at / run.dt_s))
         print(f"{run.t_s:g} s: {run.save().write(out)}")

@@ -195,6 +195,12 @@ class Effect:
         """
         return Change()
 
+    def robot_price(self, seen: RobotSeen, place: str, values: Values) -> float:
+        """What values that would make it another effect cost in log-likelihood, by what one
+        recording of the robot shows of them: its `price` there.
+        """
+        return 0.0
+
     def least(self, number: str) -> float:
         """Below which a number of its signature cannot lie, or is no such effect; -inf: it may be
         any.

@@ -27,6 +27,14 @@ def force_n(position_m: Any, stiffness: float, start: float, exponent: float = 1
     return stiffness * REFERENCE_M * (depth / REFERENCE_M) ** exponent
 
 
+def _never_left(extension_m: Array, start_m: float) -> float:
+    """Log-likelihood that a cushion costs which its piston hardly ever leaves: that is a spring;
+    (n,) extensions that were visited.
+    """
+    outside = float(np.mean(extension_m > start_m))
+    return LEFT_COST * max(1.0 - outside / LEFT_SHARE, 0.0)
+
+
 class Cushion(Effect):
     """An end cushion that acts long before the declared one."""
 
@@ -80,11 +88,8 @@ class Cushion(Effect):
         )
 
     def price(self, values: Values, observed: Observed) -> float:
-        """A cushion that the piston hardly ever leaves is a spring: what one costs that begins
-        beyond the travel.
-        """
-        outside = float(np.mean(observed.position_m > values["start"]))
-        return LEFT_COST * max(1.0 - outside / LEFT_SHARE, 0.0)
+        """What it costs that the piston hardly ever leaves it."""
+        return _never_left(observed.position_m, values["start"])
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Cushions that begin at several places of the travel."""
@@ -108,6 +113,10 @@ class Cushion(Effect):
         i = seen.axis(place)
         push = force_n(seen.extension_m[:, i], values["stiffness"], values["start"])
         return Change(force={i: -np.asarray(push)})
+
+    def robot_price(self, seen: RobotSeen, place: str, values: Values) -> float:
+        """What it costs that the piston at its place hardly ever leaves it."""
+        return _never_left(seen.extension_m[:, seen.axis(place)], values["start"])
 
 
 TRIED, BEYOND_M = (0.35, 0.65, 1.0), 0.15

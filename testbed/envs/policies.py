@@ -56,9 +56,12 @@ def read_tensors(file: Path, part: str) -> Any:
 
     Raises InputError for a file that holds no such part, or more in it than tensors.
     """
-    torch = extra("torch", "rl", file=file)
     if not file.is_file():
-        raise InputError("no such file", file=file, allowed=ALLOWED)
+        problem = "is not a file" if file.exists() else "no such file"
+        raise InputError(problem, file=file, allowed=ALLOWED)
+    if not zipfile.is_zipfile(file):
+        raise InputError("is no policy", file=file, allowed=ALLOWED)
+    torch = extra("torch", "rl", file=file)
     try:
         with zipfile.ZipFile(file) as archive:
             inside = io.BytesIO(archive.read(part))

@@ -178,6 +178,7 @@ def volts(recording: Recording, channel: str) -> Array:
             "is not recorded in V with a factor k_pa_per_v: there is nothing to calibrate",
             file=recording.folder,
             field=f"channels.{channel}",
+            allowed="unit: V and calibration: {k_pa_per_v, a, b}",
         )
     return c.volts(values)
 
@@ -191,18 +192,11 @@ def _check_same(recordings: Sequence[Recording]) -> None:
                 file=recording.folder,
                 field="rig",
                 value=recording.rig,
+                allowed="vertical-leg, cylinder",
             )
         check_same_machine(first, recording, ("bore_m", "rod_m"))
-        if recording.reference_force_n is None:
-            raise InputError(
-                "has no reference force to calibrate against",
-                file=recording.folder,
-                field="reference_force",
-            )
         check_alive(recording, moving=False)
-    if not any(
-        np.ptp(r.reference_force_n) > 0.0 for r in recordings if r.reference_force_n is not None
-    ):
+    if not any(np.ptp(recording.known_force_n()) > 0.0 for recording in recordings):
         raise InputError(
             "no recording has a load cell with a changing load",
             file=first.folder,

@@ -5,7 +5,6 @@ line.
 from __future__ import annotations
 
 import ast
-import difflib
 import inspect
 import textwrap
 from collections.abc import Mapping
@@ -26,7 +25,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, PydanticCustomError
 from pydantic_core.core_schema import no_info_after_validator_function
 
-from testbed.errors import InputError
+from testbed.errors import InputError, did_you_mean
 from testbed.formats.sockets import FORM, is_user_class
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
@@ -76,8 +75,7 @@ class Checked(BaseModel):
         if isinstance(data, Mapping):
             for key in data:
                 if key not in cls.model_fields:
-                    near = difflib.get_close_matches(str(key), cls.model_fields, n=1, cutoff=0.6)
-                    hint = f", did you mean {near[0]!r}?" if near else ""
+                    hint = did_you_mean(key, cls.model_fields)
                     raise PydanticCustomError(
                         "unknown_key",
                         "unknown key{hint}",
@@ -150,15 +148,15 @@ class NameOrClass:
     def _check(self, value: str) -> str:
         if value in self.names or is_user_class(value):
             return value
-        near = difflib.get_close_matches(value, self.names, n=1)
-        hint = f", did you mean {near[0]!r}?" if near else ""
-        raise impossible(f"no such name{hint}", self.allowed)
+        raise impossible(f"no such name{did_you_mean(value, self.names)}", self.allowed)
 
 
 def checked(model: type[ModelT], data: Any, file: str | Path) -> ModelT:
     """`data` as a checked object. Raises InputError: file, dotted field, value, what is allowed."""
     if not isinstance(data, Mapping):
-        raise InputError("must be a mapping of keys to values", file=file, value=data)
+        allowed = ", ".join(model.model_fields)
+        problem = "is empty" if data is None else "must be a mapping of keys to values"
+        raise InputError(problem, file=file, value=data, allowed=allowed)
     try:
         return model.model_validate(data)
     except ValidationError as error:
@@ -187,8 +185,7 @@ def _translated(error: ValidationError, data: Any, file: str | Path) -> InputErr
     if kind == "union_tag_invalid":
         tags = str(context["expected_tags"]).replace("'", "")
         tag = str(context["tag"])
-        near = difflib.get_close_matches(tag, tags.split(", "), n=1)
-        hint = f", did you mean {near[0]!r}?" if near else ""
+        hint = did_you_mean(tag, tags.split(", "))
         return InputError(
             f"unknown kind{hint}",
             file=file,

@@ -112,23 +112,24 @@ def _leads_into(link: Path, home: Path) -> bool:
         return False
 
 
-def read_text(path: str | Path, most_bytes: int) -> str:
+def read_text(path: str | Path, most_bytes: int, allowed: str | None = None) -> str:
     """The text of a regular file of at most so many bytes, UTF-8.
 
     Raises InputError where it is missing, no regular file (a device never ends), larger, unreadable
-    or no text.
+    or no text; `allowed` says then what it should be.
     """
     path = Path(path)
     try:
         if not path.is_file():
-            raise InputError("is not a file" if path.exists() else "no such file", file=path)
+            problem = "is not a file" if path.exists() else "no such file"
+            raise InputError(problem, file=path, allowed=allowed)
         with path.open("rb") as file:
             found = file.read(most_bytes + 1)
         if len(found) > most_bytes:
             raise InputError("is too large", file=path, allowed=f"at most {most_bytes} bytes")
         return found.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError("is not text in UTF-8", file=path) from error
+        raise InputError("is not text in UTF-8", file=path, allowed=allowed) from error
     except (OSError, ValueError) as error:  # ValueError: a null character in the name
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"cannot be read: {reason}", file=path) from error
@@ -143,7 +144,7 @@ def read_json(path: str | Path) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise InputError(f"is not valid JSON: {error}", file=path) from error
     if not isinstance(found, dict):
-        raise InputError("must be an object of fields", file=path, value=type(found).__name__)
+        raise InputError("must be an object of fields", file=path, value=found)
     return found
 
 

@@ -142,18 +142,22 @@ def parse_yaml(text: str, file: str | Path) -> Any:
         raise InputError(f"is not valid YAML: {error}", file=file) from error
 
 
-def read_yaml(path: str | Path) -> Any:
-    """The value of a YAML file. Raises InputError if it cannot be read or is not YAML."""
-    return parse_yaml(read_text(path, MOST_BYTES), path)
-
-
-def read_mapping(path: str | Path) -> dict[str, Any]:
-    """The mapping in a YAML file. Raises InputError: missing, unreadable, not YAML, not a
-    mapping.
+def read_yaml(path: str | Path, allowed: str | None = None) -> Any:
+    """The value of a YAML file. Raises InputError if it cannot be read or is not YAML; `allowed`
+    says then what it should be.
     """
-    tree = read_yaml(path)
+    return parse_yaml(read_text(path, MOST_BYTES, allowed), path)
+
+
+def read_mapping(path: str | Path, allowed: str | None = None) -> dict[str, Any]:
+    """The mapping in a YAML file. Raises InputError: missing, unreadable, not YAML, not a mapping;
+    `allowed` says then what it should be.
+    """
+    tree = read_yaml(path, allowed)
+    if tree is None:
+        raise InputError("is empty", file=path, allowed=allowed or "a mapping of fields")
     if not isinstance(tree, Mapping):
-        raise InputError("must be a mapping of fields", file=path, value=type(tree).__name__)
+        raise InputError("must be a mapping of fields", file=path, value=tree, allowed=allowed)
     return {str(key): value for key, value in tree.items()}
 
 

@@ -16,13 +16,15 @@ from testbed.formats.arrays import Array, Flags
 from testbed.formats.files import check_links
 from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
-from testbed.recording.axis_header import Header, read_header
+from testbed.recording.axis_header import RECORDING, Header, read_header
 from testbed.recording.checks import check_finite, check_span, check_time, pressure
 from testbed.recording.known import Known
 from testbed.recording.quantities import QUANTITIES
 
 FINEST_COUNT_M = 1e-7
 """Steps below this are a continuous signal's, not an encoder's."""
+
+RIG = "a folder with identify/<name>/ and verify/<name>/, each a recording"
 
 SAME = ("bore_m", "rod_m", "stroke_m", "inclination_deg")
 """What is declared of a machine and cannot change from one recording to the next."""
@@ -87,6 +89,19 @@ class Recording:
         steps = np.abs(np.diff(np.unique(self.position_m)))
         return float(steps.min()) if steps.size and steps.min() > FINEST_COUNT_M else 0.0
 
+    def known_force_n(self) -> Array:
+        """The true external force (n,). Raises InputError where the recording does not declare
+        it.
+        """
+        if self.reference_force_n is None:
+            raise InputError(
+                "the external force is not known",
+                file=self.folder / "recording.yaml",
+                field="reference_force",
+                allowed="kind: foot-in-air, free (it is 0 N) or load-cell (its column)",
+            )
+        return self.reference_force_n
+
     def __len__(self) -> int:
         return len(self.time_s)
 
@@ -146,19 +161,21 @@ def recording_folder(place: str | Path) -> Path:
     folder = Path(place)
     folder = folder.parent if folder.name == "recording.yaml" else folder
     if not folder.is_dir():
-        raise InputError("no such recording folder", file=folder)
+        problem = "is not a folder" if folder.exists() else "no such folder"
+        raise InputError(problem, file=folder, allowed=RECORDING)
     return check_links(folder)
 
 
-def read_rig(folder: str | Path) -> Rig:
-    """Read a rig folder with `identify/` and `verify/`.
+def read_rig(folder: str | Path, allowed: str = RIG) -> Rig:
+    """Read a rig folder with `identify/` and `verify/`; `allowed`: what is said where it is none.
 
     Raises InputError where one of them is missing or empty, and for recordings of different
     machines.
     """
     folder = Path(folder)
     if not folder.is_dir():
-        raise InputError("no such rig folder", file=folder)
+        problem = "is not a folder" if folder.exists() else "no such folder"
+        raise InputError(problem, file=folder, allowed=allowed)
     check_links(folder)
     parts = {}
     for part in ("identify", "verify"):
@@ -166,7 +183,7 @@ def read_rig(folder: str | Path) -> Rig:
             raise InputError(
                 f"has no folder {part!r}",
                 file=folder,
-                allowed="identify/<name>/ and verify/<name>/",
+                allowed=allowed,
             )
         names = sorted(path for path in (folder / part).iterdir() if path.is_dir())
         if not names:

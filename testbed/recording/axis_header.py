@@ -19,6 +19,7 @@ from testbed.recording.known import Known
 from testbed.recording.quantities import Quantity, misspelling_of, quantities_of
 
 FORMAT = "roboclimber-recording/1"
+RECORDING = f"a folder with recording.yaml (format: {FORMAT}) beside its table"
 
 
 class Calibration(Checked):
@@ -162,7 +163,7 @@ AXIS_RIGS = ("vertical-leg", "cylinder", "drive")
 
 def read_header(path: Path) -> Header:
     """Read and check the header of one axis' recording. Every fault is an InputError, one line."""
-    tree = read_mapping(path)
+    tree = read_mapping(path, RECORDING)
     check_format(tree, path)
     rig = tree.get("rig")
     if rig in ("robot", "foot"):

@@ -20,6 +20,7 @@ from testbed.formats.units import to_si
 from testbed.formats.yaml_files import read_mapping
 from testbed.recording.axis import recording_folder
 from testbed.recording.axis_header import (
+    RECORDING,
     AnyHeader,
     ReferenceForce,
     check_format,
@@ -99,7 +100,7 @@ def read_foot(folder: str | Path, missing: bool = False) -> FootRecording:
 
 def read_foot_header(path: Path) -> FootHeader:
     """Read and check the header of one foot's recording. Every fault is an InputError, one line."""
-    tree = read_mapping(path)
+    tree = read_mapping(path, RECORDING)
     check_format(tree, path)
     header = checked(FootHeader, tree, path)
     check_quantities(header.channels, quantities_of("foot"), path, "foot")

@@ -23,6 +23,7 @@ from testbed.machine.names import AXES, LEGS
 from testbed.recording.known import Known, NotNegative, Positive
 
 FORMAT = "roboclimber-model/1"
+MODEL = f"a model file (format: {FORMAT}) of testbed identify, commission or diagnose"
 
 
 class Friction(Checked):
@@ -117,7 +118,7 @@ def read_model(path: str | Path) -> LegModel:
 
 def model_tree(path: str | Path) -> dict[str, Any]:
     """What a model file of any rig holds, unchecked but for its format. Raises InputError."""
-    tree = read_mapping(Path(path))
+    tree = read_mapping(Path(path), MODEL)
     if tree.get("format") != FORMAT:
         raise InputError(
             "is not a model's format",

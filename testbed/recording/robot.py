@@ -22,7 +22,13 @@ from testbed.machine.build import build_machine
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.recording.axis import recording_folder
-from testbed.recording.axis_header import AnyHeader, check_format, check_present, check_unit
+from testbed.recording.axis_header import (
+    RECORDING,
+    AnyHeader,
+    check_format,
+    check_present,
+    check_unit,
+)
 from testbed.recording.checks import check_finite, check_pressure, check_span, check_time, in_pa
 from testbed.recording.former import UNITS, current_numbers, written_for
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
@@ -112,7 +118,7 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
 
 def read_robot_header(path: Path) -> RobotHeader:
     """Read and check the header of a robot's recording. Every fault is an InputError, one line."""
-    tree = read_mapping(path)
+    tree = read_mapping(path, RECORDING)
     check_format(tree, path)
     header = checked(RobotHeader, tree, path)
     for quantity, channel in header.channels.items():

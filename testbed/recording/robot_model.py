@@ -13,7 +13,7 @@ from pydantic import Field
 
 from testbed.formats.checked import Checked, Sequence, checked
 from testbed.formats.yaml_files import read_mapping, write_yaml
-from testbed.recording.leg_model import Parameters, model_tree
+from testbed.recording.leg_model import MODEL, Parameters, model_tree
 from testbed.scenario.parts import Undeclared
 
 
@@ -48,7 +48,7 @@ class RobotModelFile(Checked):
 
 def is_robot_model(path: str | Path) -> bool:
     """Whether a model file is one of the whole robot."""
-    return read_mapping(Path(path)).get("rig") == "robot"
+    return read_mapping(Path(path), MODEL).get("rig") == "robot"
 
 
 def read_robot_model(path: str | Path) -> RobotModelFile:

@@ -12,8 +12,8 @@ does.
 
 Energy margin: about each edge of the standing feet, weight and ropes (constant forces) have the
 potential U(a) = -A cos a - B sin a, with A = sum F.r and B = sum F.(e x r), r from the edge to
-where a force acts, e along the edge; the work to tip is sqrt(A^2 + B^2) + A for A < 0 and B < 0
-(else the stance is lost about that edge: 0).
+where a force acts, e along the edge; the work to tip is sqrt(A^2 + B^2) + A where B < 0 (else the
+stance is lost about that edge: 0).
 """
 
 from __future__ import annotations
@@ -35,6 +35,8 @@ SMOOTH = 1e-5
 """Weight of the quadratic term that makes the linear program strictly convex; it costs less than
 1e-3 of the load.
 """
+EQUALITY = 5
+"""The solver's word for a row whose two bounds are one."""
 _COSINES, _SINES = (
     part(2.0 * np.pi * np.arange(SIDES) / SIDES)[:, None] for part in (np.cos, np.sin)
 )
@@ -89,7 +91,7 @@ def _largest(equal: Array, wanted: Array, low: Array, high: Array) -> float:
     cost = np.zeros(count)
     cost[-1] = -1.0
     sense = np.zeros(count + 6, dtype=np.int32)
-    sense[count:] = 5
+    sense[count:] = EQUALITY
     found: Any = daqp.solve(
         SMOOTH * np.eye(count),
         cost,
@@ -129,11 +131,24 @@ def tipping_work_j(feet_m: ArrayLike, forces_n: ArrayLike, points_m: ArrayLike) 
 
 
 def _edges(feet: Array) -> list[tuple[Array, Array]]:
-    """Edges of the feet's convex hull seen along z, counter-clockwise."""
+    """Edges of the convex hull of three or four feet, seen along z, counter-clockwise."""
     middle = feet[:, :2].mean(axis=0)
     around = np.argsort(np.arctan2(feet[:, 1] - middle[1], feet[:, 0] - middle[0]))
-    ring = feet[around]
-    return [(ring[index], ring[(index + 1) % len(ring)]) for index in range(len(ring))]
+    ring = [feet[index] for index in around]
+    corners = [
+        foot
+        for index, foot in enumerate(ring)
+        if not _turns_right(ring[index - 1], foot, ring[(index + 1) % len(ring)])
+    ]
+    return list(zip(corners, [*corners[1:], corners[0]], strict=True))
+
+
+def _turns_right(before: Array, at: Array, after: Array) -> bool:
+    """Whether a way through three places bends to the right, seen along z: there a foot stands
+    between the others.
+    """
+    (x, y), (u, v) = (at - before)[:2], (after - at)[:2]
+    return bool(x * v - y * u < 0.0)
 
 
 def _edge_work_j(start: Array, end: Array, forces: Array, points: Array) -> float:

@@ -148,8 +148,9 @@ def load_scenario(
     data = read_yaml(path)
     if not isinstance(data, dict):
         raise InputError(
-            "must be a mapping of keys to values",
+            "is empty" if data is None else "must be a mapping of keys to values",
             file=path,
+            value=data,
             allowed=f"format: {FORMAT} and the scenario's keys",
         )
     data.setdefault("name", _name_of(path))

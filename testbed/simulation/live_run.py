@@ -163,7 +163,7 @@ class Run:
         return self._simulation.finished or self._closed is not None
 
     def step(self, count: int = 1) -> NDArray[Any]:
-        """Make `n` physics steps (`dt_s` each, 1 ms unless the scenario says otherwise), fewer
+        """Make `count` physics steps (`dt_s` each, 1 ms unless the scenario says otherwise), fewer
         where the run ends.
 
         Returns the rows (DataRow) that were recorded meanwhile, which may be none: rates.record_hz

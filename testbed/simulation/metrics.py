@@ -202,7 +202,7 @@ def stability_margin(truth: Columns, loss_n: float = LOSS_FORCE_N) -> Array:
     forces: with four loaded feet it is the smallest sum over a side's two feet, with three the
     smallest single foot, with fewer 0.
     Forces are means over 0.1 s: four tonnes do not tip within the bounce of a foot. A foot below
-    `loss_force_n` bears nothing.
+    `loss_n` bears nothing.
     """
     normal = np.stack([truth[f"contact_normal_{leg}"] for leg in LEGS], axis=1).clip(min=0.0)
     normal = _moving_mean(normal, rows=_rows_in(truth["t"], MARGIN_WINDOW_S))

@@ -89,7 +89,7 @@ def _axis(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None]) 
     from testbed.diagnosis.leg.experiments import write_motion
     from testbed.diagnosis.leg.findings import as_json, summary_rows, write_findings
     from testbed.effects import read_believed
-    from testbed.recording.axis import read_rig
+    from testbed.recording.axis import RIG, read_rig
     from testbed.report.diagnosis_page import page
 
     suggest = wanted.suggest
@@ -102,7 +102,7 @@ def _axis(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None]) 
             )
     if suggest is not None:
         check_file(suggest, (".csv", ".parquet"), "--suggest", within=out)
-    rig = read_rig(folder)
+    rig = read_rig(folder, f"{RIG}; or a robot's run")
     start = read_believed(wanted.model) if wanted.model is not None else None
     with owned(out):
         found = diagnose(rig, tell, start)
@@ -119,7 +119,6 @@ def _robot(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None])
     from testbed.diagnosis.robot.findings import as_json, summary_rows, write_findings
     from testbed.recording.robot_model import RobotModelFile, read_robot_model
     from testbed.report.robot_diagnosis_page import page
-    from testbed.workflows.diagnose import suggest_motion
 
     runs = [_read_run(path) for path in (folder, wanted.also) if path is not None]
     before = None if wanted.sound is None else _read_run(wanted.sound)

@@ -73,6 +73,7 @@ def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
         "hidden": hidden_effects(scenario),
         "truth": hidden_numbers(scenario),
         "effects": found["effects"],
+        "believed": found.get("believed", True),
         **_said(found),
         "residual_n": found["error"]["force_n"],
         **_errors(before, after),

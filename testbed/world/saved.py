@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from testbed.world.simulation import Simulation
 
 FORMAT = "roboclimber-state/1"
+ALLOWED = "a file of `testbed save`"
 UNTOLD = ("name", "description", "duration_s", "expect", "mutation")
 """Fields of a scenario that a state does not depend on."""
 BROKEN = (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile)
@@ -83,12 +84,19 @@ class State:
 def read_state(path: str | Path) -> State:
     """The state in a file. Raises InputError where it is none, or damaged."""
     file = Path(path)
+    if not file.is_file():
+        problem = "is not a file" if file.exists() else "no such file"
+        raise InputError(problem, file=file, allowed=ALLOWED)
     try:
         with np.load(file, allow_pickle=False) as found:
             head = json.loads(str(found["head"]))
             if head.get("format") != FORMAT:
                 raise InputError(
-                    "is no saved state", file=file, field="format", value=head.get("format")
+                    "is no saved state",
+                    file=file,
+                    field="format",
+                    value=head.get("format"),
+                    allowed=FORMAT,
                 )
             arrays = [found[f"array_{index}"] for index in range(int(head["arrays"]))]
             engine = {
@@ -100,7 +108,7 @@ def read_state(path: str | Path) -> State:
         return State(float(head["t_s"]), head["told"], head["scenario"], engine, parts)
     except BROKEN as error:
         raise InputError(
-            "is no saved state, or a damaged one", file=file, allowed="a file of `testbed save`"
+            "is no saved state, or a damaged one", file=file, allowed=ALLOWED
         ) from error
 
 

@@ -147,9 +147,13 @@ SCENARIOS: dict[str, tuple[str, str]] = {
 COMMANDS: dict[str, tuple[list[str], str]] = {
     "no_such_file": (["run", "absent.yaml"], "absent.yaml: no such scenario"),
     "no_such_name": (["run", "absent"], "one of"),
+    "misspelt_name": (
+        ["run", "stand_slop_45"],
+        "stand_slop_45: no such scenario, did you mean 'stand_slope_45'?",
+    ),
     "folder_as_scenario": (["run", "."], "no such scenario"),
     "not_text": (["run", "binary.yaml"], "binary.yaml"),
-    "a_list": (["run", "list.yaml"], "must be a mapping"),
+    "a_list": (["run", "list.yaml"], "list.yaml: [1, 2]: must be a mapping"),
     "other_format": (["run", "old.yaml"], "format = 'roboclimber-scenario/0'"),
     "no_format": (["run", "bare.yaml"], "format: is missing"),
     "set_without_value": (["run", "good.yaml", "--set", "terrain.slope_deg"], "terrain.slope_deg"),
@@ -177,11 +181,11 @@ COMMANDS: dict[str, tuple[list[str], str]] = {
     "nothing_to_run": (["run"], "scenario"),
     "estimate_nothing": (
         ["estimate", "absent", "--out", "f.csv", "--model", "bare.yaml"],
-        "absent: no such recording folder",
+        "absent: no such folder",
     ),
     "estimate_nothing_at_all": (
         ["estimate", "absent", "--out", "f.csv"],
-        "absent: no such recording folder",
+        "absent: no such folder",
     ),
     "estimate_empty_folder": (
         ["estimate", "thesis", "--out", "f.csv"],
@@ -233,6 +237,12 @@ COMMANDS: dict[str, tuple[list[str], str]] = {
     ),
     "contact_loss_to_a_file": (["contact-loss", "--out", "bare.yaml"], "--out: cannot be written"),
     "trials_to_a_file": (["evaluate-diagnosis", "--out", "bare.yaml"], "--out: cannot be written"),
+    "saved_before_the_start": (
+        ["save", "good.yaml", "--at", "-1", "--out", "s.npz"],
+        "--at = -1.0: is out of range (allowed: 0 to 0.2 s",
+    ),
+    "saved_after_the_end": (["save", "good.yaml", "--at", "1e9", "--out", "s.npz"], "--at = 10000"),
+    "saved_at_no_time": (["save", "good.yaml", "--at", "nan", "--out", "s.npz"], "--at = nan"),
     "no_run_to_view": (["view", "thesis"], "thesis: holds no run"),
 }
 
@@ -410,6 +420,46 @@ def assert_refused(
     assert err.count("\n") == 1 and err.endswith("\n")
     assert word in err
     assert {p: p.stat().st_mtime_ns for p in desk.rglob("*")} == before
+
+
+READERS: tuple[tuple[str, ...], ...] = (
+    ("run", "{}", "--out", "new"),
+    ("run", "good.yaml", "--model", "{}", "--out", "new"),
+    ("save", "{}", "--at", "0.1", "--out", "new.npz"),
+    ("resume", "{}", "--out", "new"),
+    ("sweep", "{}", "--out", "new"),
+    ("view", "{}"),
+    ("export", "{}", "--out", "new.csv"),
+    ("import", "{}", "--map", "map.yaml", "--out", "new"),
+    ("import", "table.csv", "--map", "{}", "--out", "new"),
+    ("estimate", "{}", "--out", "new.csv"),
+    ("detect", "{}", "--out", "new.csv"),
+    ("machine", "{}"),
+    ("calibrate", "{}"),
+    ("identify", "{}", "--out", "new.yaml"),
+    ("identify-measured", "{}"),
+    ("commission", "{}", "--out", "new.yaml"),
+    ("diagnose", "{}", "--out", "new"),
+    ("play", "{}", "good.yaml"),
+    ("loop", "--scenario", "{}", "--out", "new"),
+)
+
+
+@pytest.mark.parametrize("place", ["absent", "folder", "empty.yaml"])
+@pytest.mark.parametrize("command", READERS, ids=" ".join)
+def test_what_is_not_there_or_holds_nothing_is_refused_with_what_is_allowed(
+    command: tuple[str, ...],
+    place: str,
+    desk: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (desk / "folder").mkdir()
+    (desk / "empty.yaml").touch()
+    (desk / "map.yaml").write_text("time: {column: t, unit: s}\nrig: cylinder\n")
+    (desk / "table.csv").write_text("t\n0.0\n")
+    given = [word.format(place) for word in command]
+    assert_refused(given, "(allowed: ", monkeypatch, capsys, desk)
 
 
 @pytest.mark.parametrize("case", SCENARIOS)

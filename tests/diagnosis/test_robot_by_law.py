@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -19,6 +19,7 @@ from testbed.diagnosis.robot.hypotheses import Ledger
 from testbed.diagnosis.robot.parameters import found_in
 from testbed.effects import ALL, by_name
 from testbed.effects.base import Effect
+from testbed.effects.force_cushion import LEFT_COST
 from testbed.effects.signature import Change, RobotSeen
 from testbed.machine.names import AXES
 from tests.diagnosis.test_robot_signatures import balanced, recorded
@@ -113,6 +114,19 @@ def test_a_cushion_that_its_piston_never_leaves_is_a_spring(beyond_m: float, kin
     singles = [one for one in tried if len(one.names) == 1]
     assert singles[0].names == (f"{kind}@{PLACE}",)
     assert singles[0].log_factor > singles[1].log_factor + 5.0
+
+
+def test_a_robots_cushion_costs_what_one_on_a_bench_does_that_moves_alike() -> None:
+    seen, cushion = balanced().seen, by_name("force.cushion")
+    extension_m = seen.extension_m[:, AXIS]
+    bench: Any = SimpleNamespace(position_m=extension_m)
+    costs = []
+    for start in np.quantile(extension_m, (0.0, 0.9, 0.98, 0.99, 1.0)):
+        values = {"stiffness": 8.0e4, "start": float(start)}
+        costs.append(cushion.robot_price(seen, PLACE, values))
+        assert costs[-1] == cushion.price(values, bench)
+    assert costs[:2] == [0.0, 0.0] and costs[-1] == LEFT_COST
+    assert costs == sorted(costs)
 
 
 def test_a_cushion_has_the_evidence_of_its_law_by_a_sum_over_its_numbers() -> None:

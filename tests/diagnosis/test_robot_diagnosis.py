@@ -18,8 +18,8 @@ from testbed.benchmarks.diagnosis.robot_scores import calibration as calibration
 from testbed.benchmarks.diagnosis.robot_scores import scores, target
 from testbed.benchmarks.harness import LINES
 from testbed.diagnosis.leg.findings import FORMAT
-from testbed.diagnosis.robot.diagnose import SHORTEST_S, RobotDiagnosis, check_duration
-from testbed.diagnosis.robot.findings import models
+from testbed.diagnosis.robot.diagnose import SHORTEST_S, RobotDiagnosis, Verdict, check_duration
+from testbed.diagnosis.robot.findings import as_json, models, summary_rows
 from testbed.diagnosis.robot.groups import FORCES
 from testbed.diagnosis.robot.parameters import Found
 from testbed.diagnosis.robot.probabilities import (
@@ -106,13 +106,27 @@ def test_scores_count_names_places_intervals_and_what_is_closed() -> None:
     assert wrong["place_named"]["share"] == 1.0 and wrong["name_and_place"]["share"] == 0.0
 
 
-@pytest.mark.parametrize(("after", "believed"), [(0.9, 1), (1.0, 1), (1.01, 0)])
+@pytest.mark.parametrize(("after", "believed"), [(0.9, 1), (1.0, 1), (1.01, 1), (1.03, 0)])
 def test_what_foretells_forces_worse_is_said_but_not_believed(after: float, believed: int) -> None:
     found = Found("sensor.gain_a", "fl_vertical", {"gain_error": Parameter(value=0.1, unit="1")})
     errors = {FORCES: {"before": 1.0, "refit": 1.0, "after": after}}
     nothing: Any = None
     said = RobotDiagnosis("run", nothing, nothing, nothing, (found,), errors, {})
     assert len(models(said, RobotModelFile())["after"].effects) == believed
+
+
+@pytest.mark.parametrize(("after", "believed"), [(1.01, True), (1.03, False)])
+def test_a_summary_says_where_what_was_found_is_not_in_the_model(
+    after: float, believed: bool
+) -> None:
+    found = Found("sensor.gain_a", "fl_vertical", {"gain_error": Parameter(value=0.1, unit="1")})
+    errors = {FORCES: {"before": 1.0, "refit": 1.0, "after": after}}
+    sets = ((("sensor.gain_a@fl_vertical",), 1.0),)
+    nothing: Any = None
+    told = Verdict("effect", nothing, sets, {})
+    said = RobotDiagnosis("run", nothing, nothing, told, (found,), errors, {})
+    rows = [row[0] for row in summary_rows(said)[1]]
+    assert ("model.yaml" not in rows) == believed == as_json(said)["believed"]
 
 
 def test_few_runs_of_a_perfect_diagnosis_are_off_by_chance() -> None:

@@ -98,9 +98,17 @@ def test_what_cannot_be_is_one_line_that_names_field_value_and_what_is_allowed(
     assert str(refused.value).startswith("case.yaml") and "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("tree", [None, [], "text", 3.0])
-def test_a_file_that_is_no_mapping_is_refused_as_a_whole(tree: Any) -> None:
-    with pytest.raises(InputError, match="must be a mapping of keys to values"):
+@pytest.mark.parametrize(
+    ("tree", "problem"),
+    [
+        (None, "case.yaml: is empty"),
+        ([], r"case.yaml: \[\]: must be a mapping of keys to values"),
+        ("text", "case.yaml: 'text': must be a mapping"),
+        (3.0, "case.yaml: 3.0: must be a mapping"),
+    ],
+)
+def test_a_file_that_is_no_mapping_is_refused_as_a_whole(tree: Any, problem: str) -> None:
+    with pytest.raises(InputError, match=problem):
         checked(Machine, tree, "case.yaml")
 
 

@@ -221,7 +221,7 @@ def test_a_header_that_cannot_be_read_is_a_finding_and_no_folder_is_an_error(
     sample.write(tmp_path)
     found = check_recording(tmp_path)
     assert not found.usable and found.findings[0].channel == "rig"
-    with pytest.raises(InputError, match="no such recording folder"):
+    with pytest.raises(InputError, match="no such folder"):
         check_recording(tmp_path / "nothing")
 
 
@@ -305,3 +305,13 @@ def test_a_fast_channel_skips_counts_and_has_its_declared_resolution_all_the_sam
     sample.head["channels"]["position"]["resolution"] = fine
     found = check_recording(sample.write(tmp_path / "recording")).findings
     assert any("resolution" in finding.what for finding in found) == blamed
+
+
+def test_a_step_is_told_in_the_unit_in_which_it_is_declared(tmp_path: Path) -> None:
+    sample = load(LEG)
+    sample["position"] = np.round(1e3 * sample["position"], 1)
+    sample.head["channels"]["position"] |= {"unit": "mm", "resolution": 1e-4}
+    found = check_recording(sample.write(tmp_path / "recording")).findings
+    (step,) = [one for one in found if "resolution" in one.what]
+    assert step.evidence == "steps of 0.1 mm in the table, 0.0001 mm declared"
+    assert step.advice == "put channels.position.resolution right: the smallest step, mm"

@@ -184,7 +184,7 @@ def test_every_fault_is_one_line_that_names_it(name: str, tmp_path: Path) -> Non
 
 
 def test_missing_files_and_broken_yaml_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such recording folder"):
+    with pytest.raises(InputError, match="no such folder"):
         read_recording(tmp_path / "nothing")
     folder = write(tmp_path / "r", header(), table())
     (folder / "recording.yaml").write_text("a: [1")

@@ -58,3 +58,10 @@ def test_a_pull_down_on_the_stance_adds_to_the_work() -> None:
     """Weight 10 and a pull of 10 at the same point: twice the work."""
     forces, points = np.tile([0.0, 0.0, -10.0], (2, 1)), np.tile([0.0, 0.0, 1.0], (2, 1))
     assert tipping_work_j(FEET, forces, points) == pytest.approx(20.0 * (math.sqrt(2.0) - 1.0))
+
+
+def test_a_foot_between_the_others_makes_no_edge_to_tip_about() -> None:
+    corners = np.array([[2.0, 0.0, 0.0], [-1.0, 1.5, 0.0], [-1.0, -1.5, 0.0]])
+    force, at = [[0.0, 0.0, -10.0]], [[0.5, 0.0, 1.0]]
+    inner = np.vstack([corners, [[0.2, 0.3, 0.0]]])
+    assert tipping_work_j(inner, force, at) == pytest.approx(tipping_work_j(corners, force, at))

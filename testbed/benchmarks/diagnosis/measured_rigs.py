@@ -104,11 +104,7 @@ def estimate_error(recording: Recording, model: LegModel) -> float:
     """RMS error of the estimated external force over RMS force, where the piston moves."""
     signals = signals_of(recording, model.known)
     moving = np.abs(np.interp(recording.time_s, signals.time_s, signals.velocity_m_s)) > MOVING_M_S
-    reference = recording.reference_force_n
-    if reference is None:
-        raise InputError(
-            "the external force is not known", file=recording.folder, field="reference_force"
-        )
+    reference = recording.known_force_n()
     error = (estimate(recording, model).force_n - reference)[moving]
     force = recording.actuator_force_n if recording.actuator_force_n is not None else reference
     return rms(error) / rms(force[moving])

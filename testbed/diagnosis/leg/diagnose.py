@@ -39,15 +39,13 @@ def diagnose(
     """Fit, search, judge. Nothing is fitted or chosen on `rig.verify`; it only gives the errors.
 
     `model`: believed instead of what the rig declares; its effects are taken for granted, and what
-    is looked for is what it lacks. Raises InputError where the recordings cannot show friction (the
-    piston does not slide both ways), or for a model of another kind of rig.
+    is looked for is what it lacks. Raises InputError where the recordings do not declare their
+    external force or cannot show friction (the piston does not slide both ways), or for a model of
+    another kind of rig.
     """
     tell = progress or (lambda _: None)
     for recording in (*rig.identify, *rig.verify):
-        if recording.reference_force_n is None:
-            raise InputError(
-                "the external force is not known", file=recording.folder, field="reference_force"
-            )
+        recording.known_force_n()  # refused before anything is fitted
     base = declared(rig) if model is None else believed(rig, model)
     granted = build(base.effects)
     series = series_of(rig.identify, base.known)

@@ -22,7 +22,6 @@ from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.together import Changes, of_first
-from testbed.effects.force_cushion import LEFT_COST, LEFT_SHARE
 from testbed.effects.signature import Change
 from testbed.effects.terms import Coordinate
 
@@ -182,20 +181,16 @@ class _Fit:
         sd, free = self.sd[self.free], np.ix_(self.free, self.free)
         size = np.linalg.slogdet(self._step(numbers)[1][free] / np.outer(sd, sd))[1]
         nothing = sum(float(m @ m) for m in (_divided(g.missing, r) for g, r in self.groups))
-        left = sum(self._never_left(part, numbers) for part in self.parts if part.coordinates)
-        return 0.5 * nothing - self._cost(numbers) + 0.5 * float(size) - left
+        price = sum(self._price(part, numbers) for part in self.parts if part.coordinates)
+        return 0.5 * nothing - self._cost(numbers) + 0.5 * float(size) - price
 
-    def _never_left(self, part: Part, numbers: Array) -> float:
-        """What a cushion costs that its piston hardly ever leaves: it is a spring (Cushion.price).
-        It is left in either of two recordings.
+    def _price(self, part: Part, numbers: Array) -> float:
+        """What its numbers cost an effect: of two recordings one is enough to show that it is no
+        other.
         """
-        start = part.values(numbers).get("start")
-        if start is None:
-            return 0.0
         bodies = (self.balances.body, self.balances.second)
-        seen = [body.seen for body in bodies if body is not None]
-        outside = [np.mean(s.extension_m[:, s.axis(part.candidate.place)] > start) for s in seen]
-        return LEFT_COST * max(1.0 - float(max(outside)) / LEFT_SHARE, 0.0)
+        effect, place, values = part.candidate.effect, part.candidate.place, part.values(numbers)
+        return min(effect.robot_price(b.seen, place, values) for b in bodies if b is not None)
 
     def _likeliest(self) -> Array:
         """The likeliest numbers."""

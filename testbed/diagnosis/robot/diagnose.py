@@ -39,8 +39,10 @@ Array = npt.NDArray[np.float64]
 LEARNT_SHARE = 0.65
 """The first part of a run predicts the rest, on which it is judged."""
 SHORTEST_S = SETTLING_S + 40 * BIN_S
-ALIKE = 1.0 + 1e-9
-"""Errors that differ by less are one: effects on the oil alone add columns of zeros."""
+ALIKE = 1.02
+"""Errors of the forces that were kept back which differ by less are one, as for single legs: which
+of them is the smaller is chance (E).
+"""
 AMBIGUOUS = 3.0
 """A rival within so many units of belief of a name is reported as not told apart."""
 
@@ -80,8 +82,8 @@ class RobotDiagnosis:
 
     @property
     def foretells_forces(self) -> bool:
-        """Whether the balance of forces that was kept back misses no more with what was found than
-        with a sound machine's tolerances alone: otherwise it is said, but not believed.
+        """Whether the balance of forces that was kept back misses hardly more with what was found
+        than with a sound machine's tolerances alone: otherwise it is said, but not believed.
         """
         force = self.errors[FORCES]
         return force["after"] <= force["refit"] * ALIKE

@@ -16,6 +16,7 @@ from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_ro
 
 QUANTITIES = {FORCES: "force_n", "feet": "foot_place_m", "supply": "supply_pa"}
 """Group -> how its error is called; the oil's are `flow_m3_s`, the lines' `force_n`."""
+NOT_BELIEVED = "what was found foretells the forces kept back worse than refitted tolerances do"
 
 
 def as_json(d: RobotDiagnosis) -> dict[str, Any]:
@@ -29,6 +30,7 @@ def as_json(d: RobotDiagnosis) -> dict[str, Any]:
         "rig": d.name,
         "verdict": d.verdict.kind,
         "effects": [_effect(d, found) for found in d.found],
+        **({"believed": d.foretells_forces} if d.found else {}),
         "hypotheses": [{"names": list(names), "probability": p / total} for names, p in told],
         "error": {
             "force_n": d.errors[FORCES],
@@ -109,6 +111,8 @@ def summary_rows(d: RobotDiagnosis) -> tuple[list[str], list[list[str]]]:
         rows.append([spoken(found.name), numbers.strip(), probability])
     error = ", ".join(f"{k} {v:.0f}" for k, v in d.errors[FORCES].items())
     rows.append(["equations of motion", error, "missing on the part kept back, N and N m"])
+    if d.found and not d.foretells_forces:
+        rows.append(["model.yaml", "as before", NOT_BELIEVED])
     return ["", "value", ""], rows
 
 

@@ -82,10 +82,6 @@ def gather(recordings: Sequence[Recording], known: Known) -> Evidence:
 
 
 def _rows(recording: Recording, known: Known, number: int) -> Evidence:
-    if recording.reference_force_n is None:
-        raise InputError(
-            "the external force is not known", file=recording.folder, field="reference_force"
-        )
     check_chambers(recording)
     check_alive(recording)
     seen = seen_in(recording, known)
@@ -179,10 +175,10 @@ def smoothed_reference(recording: Recording, time_s: Array) -> Array:
     """The reference force smoothed like the other channels, on their grid, N."""
     from testbed.estimation.leg.motion import smooth
 
-    assert recording.reference_force_n is not None
-    if not recording.reference_force_n.any():
+    force_n = recording.known_force_n()
+    if not force_n.any():
         return np.zeros_like(time_s)
-    even = np.interp(time_s, recording.time_s, recording.reference_force_n)
+    even = np.interp(time_s, recording.time_s, force_n)
     rate = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
     return smooth(even, max(SMOOTHING_S * rate, 1.2))
 

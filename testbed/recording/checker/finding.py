@@ -16,8 +16,7 @@ class Finding:
     """What is wrong, where and when, with the numbers that show it and what to do about it.
 
     `error`: the recording cannot be used as it is. `warning`: some of it cannot, or only with care.
-    `note`: good to
-    know. `from_s`, `to_s`: None where it concerns the whole recording.
+    `note`: good to know. `from_s`, `to_s`: None where it concerns the whole recording.
     """
 
     severity: Severity

@@ -14,7 +14,7 @@ from testbed.formats.units import span_to_si, to_si
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import Machine
 from testbed.recording.axis import recording_folder
-from testbed.recording.axis_header import AnyHeader, Header, check_format, read_header
+from testbed.recording.axis_header import RECORDING, AnyHeader, Header, check_format, read_header
 from testbed.recording.checks import in_pa
 from testbed.recording.foot import read_foot_header
 from testbed.recording.robot import machine_of, read_robot_header
@@ -54,7 +54,7 @@ def read_raw(place: str | Path) -> Raw:
     """
     folder = recording_folder(place)
     file = folder / "recording.yaml"
-    tree = read_mapping(file)
+    tree = read_mapping(file, RECORDING)
     check_format(tree, file)
     header: AnyHeader
     machine = None

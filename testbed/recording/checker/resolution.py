@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from testbed.formats.arrays import Array
+from testbed.recording.axis_header import Header
 from testbed.recording.checker.finding import Finding
-from testbed.recording.checker.raw import Raw
+from testbed.recording.checker.raw import REFERENCE, Raw
 
 SAME_RESOLUTION = 0.6, 1.6
 """Factors between which a found resolution is the declared one."""
@@ -29,13 +30,23 @@ def check_resolution(raw: Raw) -> Iterator[Finding]:
         ):
             continue  # a fast channel skips counts
         if not SAME_RESOLUTION[0] < found / declared < SAME_RESOLUTION[1]:
+            field, given, unit = _as_declared(raw, name)
             yield Finding(
                 "warning",
                 name,
                 "has another resolution than declared",
-                f"steps of {found:.3g} in the table, {declared:.3g} declared",
-                f"put channels.{name}.resolution right",
+                f"steps of {given * found / declared:.3g} {unit} in the table, {given:.3g} {unit} declared",
+                f"put {field} right: the smallest step, {unit}",
             )
+
+
+def _as_declared(raw: Raw, name: str) -> tuple[str, float, str]:
+    """The field that declares a channel's resolution, its value and unit as they stand there."""
+    if name == REFERENCE and isinstance(raw.header, Header) and raw.header.reference_force:
+        cell = raw.header.reference_force
+        return f"{REFERENCE}.resolution", cell.resolution or 0.0, cell.unit or "N"
+    channel = raw.header.channels[name]
+    return f"channels.{name}.resolution", channel.resolution or 0.0, channel.unit
 
 
 def _made_of(levels: Array, step: float) -> bool:

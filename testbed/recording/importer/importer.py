@@ -32,6 +32,8 @@ from testbed.recording.importer.mcap_file import read_mcap
 SEPARATORS = ("\t", ";", "|", ",", " ")
 COMMENTS = ("#", "%", "//", "!")
 MOST_BYTES = 10**9
+ENDINGS = ".csv, .tsv, .txt, .dat, .parquet, .mcap"
+MAP = "YAML: quantity -> {column, unit, scale, offset}, and rig, known, reference_force"
 SNIFFED = 50
 """Lines from which the separator is told."""
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
@@ -44,7 +46,7 @@ def read_any(path: Path, wanted: Collection[str]) -> dict[str, Array]:
     Raises InputError: no such file, an ending that is not known, a column that is not there.
     """
     if not path.is_file():
-        raise InputError("no such file", file=path)
+        raise InputError("no such file", file=path, allowed=ENDINGS)
     if path.suffix == ".mcap":
         return read_mcap(path, wanted)
     if path.suffix == ".parquet":
@@ -53,9 +55,7 @@ def read_any(path: Path, wanted: Collection[str]) -> dict[str, Array]:
         table = _read_text(path)
         names = table.column_names
     else:
-        raise InputError(
-            "unknown ending", file=path, allowed=".csv, .tsv, .txt, .dat, .parquet, .mcap"
-        )
+        raise InputError("unknown ending", file=path, allowed=ENDINGS)
     for name in wanted:
         if name not in names:
             raise InputError(
@@ -179,7 +179,7 @@ def import_file(file: str | Path, map_file: str | Path, out: str | Path) -> Find
     file, map_file, out = Path(file), Path(map_file), Path(out)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError("is there already", file=out, field="--out", allowed="a new folder")
-    tree = read_mapping(map_file)
+    tree = read_mapping(map_file, MAP)
     given = tree.pop("channels", {})
     if not isinstance(given, Mapping):
         raise InputError("must be a mapping", file=map_file, field="channels")
