@@ -26,7 +26,7 @@ from testbed.effects import by_name
 from testbed.effects.active import Active
 from testbed.effects.terms import Coordinate
 from testbed.effects.unnamed import rested
-from testbed.estimation.leg.flow import Edge
+from testbed.estimation.leg.flow import Edges
 from testbed.recording.leg_model import Friction
 
 Array = npt.NDArray[np.float64]
@@ -65,7 +65,7 @@ def test_a_recorder_that_writes_its_command_a_sample_early_is_no_finding(
     series = series_of(early, problem.base.known)
     fit, _ = fit_base(Problem(series, problem.base, True))
     sample_s = 1.0 / series[0].full_rate_hz
-    assert fit.at.edge.late_s - sound.at.edge.late_s == pytest.approx(sample_s, rel=0.2)
+    assert fit.at.edges.late_s - sound.at.edges.late_s == pytest.approx(sample_s, rel=0.2)
     assert fit.scale["flow"] == pytest.approx(sound.scale["flow"], rel=0.1)
 
 
@@ -133,7 +133,7 @@ def some_fit(effects: tuple[Active, ...], **changes: Any) -> Fit:
     return Fit(
         changes.get("coordinates", ()),
         np.zeros(1),
-        Point(friction, Edge(), effects),
+        Point(friction, Edges(), effects),
         changes.get("residual", empty),
         changes.get("jacobian", empty),
         changes.get("scale", empty),

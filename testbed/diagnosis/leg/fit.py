@@ -59,7 +59,7 @@ def residuals(problem: Problem, at: Point, channels: Sequence[str]) -> dict[str,
     if "flow" in channels or "supply" in channels:
         out |= {
             name: value
-            for name, value in problem.flow(model, at.effects, at.edge).items()
+            for name, value in problem.flow(model, at.effects, at.edges).items()
             if name in channels
         }
     return out

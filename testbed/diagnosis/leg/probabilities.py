@@ -3,7 +3,7 @@
 Five questions L, each a logistic regression on a few signs, and rivalry among sets of the same
 size:
 
-    P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms))
+    P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms)) (1 - P(metering))
     P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
     P(this set | its size) ~ (1 + (behind the leader) / (slack + share * leader's gain)) ^ -power
 
@@ -25,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
+from testbed.diagnosis.leg.base_models import UNEQUAL
 from testbed.diagnosis.leg.signs import Signs
 
 FILE = Path(__file__).with_name("calibration.yaml")
@@ -172,6 +173,20 @@ def flow_terms_signs(signs: Signs) -> dict[str, float]:
     }
 
 
+UNLIKE, UNLIKE_ODDS = 0.15, 0.03
+"""Share by which edges differ that something without a name meters, E; and the odds of that."""
+
+
+def metered(uneven: float) -> float:
+    """Probability that something without a name makes a valve's edges as unlike each other as they
+    are fitted, `uneven` (Edges.unevenness): the odds of normal deviations UNLIKE wide against
+    those that a workshop leaves, UNEQUAL, of the three ratios of four edges.
+    """
+    narrower = 1.0 / UNEQUAL**2 - 1.0 / UNLIKE**2
+    log_odds = np.log(UNLIKE_ODDS) - 3.0 * np.log(UNLIKE / UNEQUAL) + 0.5 * narrower * uneven
+    return float(1.0 / (1.0 + np.exp(-log_odds)))
+
+
 def answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
     """A logistic regression's probability of a yes; signs without a weight do not count."""
     total = sum(weights[name] * sign for name, sign in signs.items() if name in weights)
@@ -185,9 +200,9 @@ def distribution(signs: Signs, calibration: Calibration) -> dict[Names, float]:
     covered = (1.0 - answer(left_signs(signs), calibration.left)) * (
         1.0 - answer(generic_signs(signs), calibration.generic)
     )
-    missing = calibration.lapsed(
-        "unnamed", 1.0 - covered * (1.0 - answer(flow_terms_signs(signs), calibration.flow_terms))
-    )
+    covered *= 1.0 - answer(flow_terms_signs(signs), calibration.flow_terms)
+    covered *= 1.0 - metered(signs.best.uneven)
+    missing = calibration.lapsed("unnamed", 1.0 - covered)
     singles = [(n, gain) for n, gain in signs.gains if len(n) == 1]
     larger = [(n, gain) for n, gain in signs.gains if len(n) > 1]
     some = (

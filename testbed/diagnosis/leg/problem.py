@@ -31,7 +31,7 @@ from testbed.estimation.leg.balance import (
     friction_n,
     without_friction_n,
 )
-from testbed.estimation.leg.flow import Edge, flow_balance, flow_terms
+from testbed.estimation.leg.flow import Edges, flow_balance, flow_terms
 from testbed.estimation.leg.force import narrow_band
 from testbed.recording.leg_model import Friction, LegModel
 
@@ -177,7 +177,7 @@ class Problem:
             self._corrected = (key, [corrected(one.signals, sensors) for one in self.series])
         return self._corrected[1]
 
-    def flow(self, model: LegModel, effects: Sequence[Active], edge: Edge) -> dict[str, Array]:
+    def flow(self, model: LegModel, effects: Sequence[Active], edges: Edges) -> dict[str, Array]:
         """Stacked binned flow residuals of A and B (m3/s), concatenated, and of the supply (Pa)."""
         parts: dict[str, list[Array]] = {"flow": [], "supply": []}
         for one, signals in zip(self.series, self._signals(effects), strict=True):
@@ -185,7 +185,7 @@ class Problem:
             declared = signals.known.valve_deadband
             open_ = one.opening if terms.deadband == declared else one.opening_for(terms.deadband)
             assert open_ is not None
-            balance = flow_balance(signals, terms, open_, edge)
+            balance = flow_balance(signals, terms, open_, edges)
             parts["flow"] += [
                 one.binned(balance.a_m3_s, one.clear)[0],
                 one.binned(balance.b_m3_s, one.clear)[0],
