@@ -9,7 +9,7 @@ in m3/s, zero where the model is right.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from testbed.effects.leakage_internal import flow_m3_s as leak_m3_s
 from testbed.effects.supply_droop import drooping_pa
 from testbed.effects.terms import FlowTerms, Signals
 from testbed.effects.valve_deadband import opening
-from testbed.estimation.leg.motion import smooth
+from testbed.estimation.leg.motion import slope, smooth
 from testbed.formats.arrays import Array
 from testbed.laws.holding import NO_HOLDING, outlet_share
 from testbed.laws.second_order import second_order
@@ -139,21 +139,32 @@ def smoothed_opening(spool_: Array, deadband: float, width_samples: float, step:
     return smooth(np.asarray(opening(spool_, deadband), dtype=np.float64), width_samples)[::step]
 
 
+def followed(open_: Array, late_s: float, rate_hz: float) -> Array:
+    """The opening (n,) of edges that follow so much later."""
+    if not late_s:
+        return open_
+    from scipy.ndimage import shift
+
+    return np.asarray(shift(open_, late_s * rate_hz, order=3, mode="nearest"))
+
+
 def flow_balance(
-    signals: Signals, terms: FlowTerms, open_: Array, edges: Edges = PLAIN
+    signals: Signals,
+    terms: FlowTerms,
+    open_: Array,
+    edges: Edges = PLAIN,
+    late: Array | None = None,
 ) -> FlowBalance:
     """Residuals for signals whose sensors are already corrected; `open_` from `smoothed_opening` on
     the same grid.
 
-    `edges`: what a valve's plate does not say to the last per cent.
+    `edges`: what a valve's plate does not say to the last per cent. `late`: `open_` as late as they
+    follow, where it is at hand.
     """
     pressure_a, pressure_b = signals.pressure_a_pa, signals.pressure_b_pa
     assert pressure_a is not None and pressure_b is not None
     supply = _supply_pa(signals, terms, open_, edges)
-    if edges.late_s:
-        from scipy.ndimage import shift
-
-        open_ = shift(open_, edges.late_s * signals.rate_hz, order=3, mode="nearest")
+    open_ = followed(open_, edges.late_s, signals.rate_hz) if late is None else late
     leak: Array | float = 0.0
     if terms.leakage_m3_s_pa:
         drop = pressure_a - pressure_b
@@ -180,6 +191,31 @@ def flow_balance(
         )
     measured = signals.supply_pressure_pa
     return FlowBalance(flow_a, flow_b, None if measured is None else measured - supply)
+
+
+def edge_slopes(
+    signals: Signals, terms: FlowTerms, open_: Array, edges: Edges, late: Array
+) -> dict[str, tuple[Array, Array]]:
+    """Edge -> d(residual A), d(residual B) per unit of its gain, m3/s, each (n,), where the
+    supply does not give way to what it draws: flows are straight in the sizes of the edges, of
+    which each chamber has one open at a time.
+    """
+    more = {edge: (1.0 + WIDER) * getattr(edges, edge) for edge in EDGES}
+    wider = flow_balance(signals, terms, open_, replace(edges, **more), late)
+    as_is = flow_balance(signals, terms, open_, edges, late)
+    slope_a = (wider.a_m3_s - as_is.a_m3_s) / WIDER
+    slope_b = (wider.b_m3_s - as_is.b_m3_s) / WIDER
+    out, none = late > 0.0, np.zeros(len(late))
+    return {
+        "pa": (np.where(out, slope_a, 0.0) / edges.pa, none),
+        "at": (np.where(out, 0.0, slope_a) / edges.at, none),
+        "pb": (none, np.where(out, 0.0, slope_b) / edges.pb),
+        "bt": (none, np.where(out, slope_b, 0.0) / edges.bt),
+    }
+
+
+WIDER = 0.01
+"""Share by which all edges are widened to see what they do."""
 
 
 class Valve(NamedTuple):
@@ -313,25 +349,6 @@ def _held(
         return 0.0
     share = outlet_share(kind, load_pa, pilot_pa, valve.setting_pa, valve.pilot_ratio)
     return float(share * flow)
-
-
-SLOPE = (45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0)
-"""Weights of the differences over two, four and six samples in a slope of the sixth order."""
-
-
-def slope(values: Array, rate_hz: float) -> Array:
-    """Slope of a smoothed series, shape (n,), per second: to an eighth of the rate true to 0.2 %.
-
-    A difference over two samples falls short by 10 % there: oil would seem softer than it is.
-    """
-    reach = len(SLOPE)
-    longer = np.pad(values, reach, mode="reflect", reflect_type="odd")
-    last = len(longer) - reach
-    differences = (
-        weight * (longer[reach + far : last + far] - longer[reach - far : last - far])
-        for far, weight in enumerate(SLOPE, start=1)
-    )
-    return np.asarray(sum(differences) * rate_hz, dtype=np.float64)
 
 
 @njit
