@@ -15,7 +15,7 @@ from testbed.diagnosis.leg.diagnose import diagnose
 from testbed.diagnosis.leg.findings import as_json
 from testbed.diagnosis.leg.fit import Fit
 from testbed.diagnosis.leg.flow_structure import flow_structure
-from testbed.diagnosis.leg.probabilities import metered
+from testbed.diagnosis.leg.probabilities import answer, calibration
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.valve_edges import edges_of
@@ -95,11 +95,16 @@ def test_an_edge_scales_the_flow_of_its_chamber_one_way_and_nothing_else(
             assert getattr(wider, flow) == pytest.approx(factor * getattr(plain, flow))
 
 
+def metered(edges: Edges) -> float:
+    """Probability that something without a name meters."""
+    return answer({"one": 1.0, "uneven": edges.unevenness()}, calibration().edges)
+
+
 def test_edges_alike_are_no_sign_of_anything_and_outlets_a_fifth_smaller_are() -> None:
-    assert metered(Edges().unevenness()) < 1e-3
-    assert metered(Edges(pa=0.97, at=1.03, pb=1.03, bt=0.97).unevenness()) < 0.01
-    assert metered(Edges(gain=0.85).unevenness()) < 1e-3  # the whole valve is smaller
-    assert metered(Edges(pa=1.1, at=0.9, pb=1.1, bt=0.9).unevenness()) > 0.95
+    assert metered(Edges()) < 1e-3
+    assert metered(Edges(pa=0.97, at=1.03, pb=1.03, bt=0.97)) < 0.01
+    assert metered(Edges(gain=0.85)) < 1e-3  # the whole valve is smaller
+    assert metered(Edges(pa=1.1, at=0.9, pb=1.1, bt=0.9)) > 0.95
 
 
 @pytest.mark.slow
@@ -151,7 +156,7 @@ def test_edges_within_a_workshops_tolerance_leave_what_a_sound_valve_does_and_ot
     assert beyond > 5.0 * max(sound, 100.0) and fall > 0.3
     edges = wide[1].at.edges
     assert max(abs(getattr(edges, edge) - 1.0) for edge in EDGES) == pytest.approx(MOST_UNEQUAL)
-    assert metered(edges.unevenness()) > 0.9
+    assert metered(edges) > 0.9
 
 
 def problem_of_outlets(monkeypatch: pytest.MonkeyPatch, loss: float) -> tuple[Problem, Fit]:

@@ -1,9 +1,9 @@
 """From signs to a distribution over sets of names, for legs whose sensors and valve are declared.
 
-Five questions L, each a logistic regression on a few signs, and rivalry among sets of the same
+Six questions L, each a logistic regression on a few signs, and rivalry among sets of the same
 size:
 
-    P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms)) (1 - P(metering))
+    P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms)) (1 - L(edges))
     P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
     P(this set | its size) ~ (1 + (behind the leader) / (slack + share * leader's gain)) ^ -power
 
@@ -25,7 +25,6 @@ from pathlib import Path
 
 import numpy as np
 
-from testbed.diagnosis.leg.base_models import UNEQUAL
 from testbed.diagnosis.leg.signs import Signs
 
 FILE = Path(__file__).with_name("calibration.yaml")
@@ -46,6 +45,7 @@ class Calibration:
     second: Mapping[str, float]
     rivals: Mapping[str, float]
     lapses: Mapping[str, float] = field(default_factory=dict)
+    edges: Mapping[str, float] = field(default_factory=lambda: {"one": -30.0})
 
     def lapsed(self, question: str, answer: float) -> float:
         """The probability of a yes, as far from certain as this question's answers have been."""
@@ -173,18 +173,14 @@ def flow_terms_signs(signs: Signs) -> dict[str, float]:
     }
 
 
-UNLIKE, UNLIKE_ODDS = 0.15, 0.03
-"""Share by which edges differ that something without a name meters, E; and the odds of that."""
+def edges_signs(signs: Signs) -> dict[str, float]:
+    """The same, told by metering edges that are more unlike each other than a workshop leaves them.
 
-
-def metered(uneven: float) -> float:
-    """Probability that something without a name makes a valve's edges as unlike each other as they
-    are fitted, `uneven` (Edges.unevenness): the odds of normal deviations UNLIKE wide against
-    those that a workshop leaves, UNEQUAL, of the three ratios of four edges.
+    Its weights are reckoned, not fitted: ln 0.03, the odds of what is without a name and meters
+    (E), and of three ratios of four edges their logarithmic probability if they differ by 15 % (E)
+    less that if they differ by a workshop's 4 % (base_models.UNEQUAL).
     """
-    narrower = 1.0 / UNEQUAL**2 - 1.0 / UNLIKE**2
-    log_odds = np.log(UNLIKE_ODDS) - 3.0 * np.log(UNLIKE / UNEQUAL) + 0.5 * narrower * uneven
-    return float(1.0 / (1.0 + np.exp(-log_odds)))
+    return {"one": 1.0, "uneven": signs.best.uneven}
 
 
 def answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
@@ -201,7 +197,7 @@ def distribution(signs: Signs, calibration: Calibration) -> dict[Names, float]:
         1.0 - answer(generic_signs(signs), calibration.generic)
     )
     covered *= 1.0 - answer(flow_terms_signs(signs), calibration.flow_terms)
-    covered *= 1.0 - metered(signs.best.uneven)
+    covered *= 1.0 - answer(edges_signs(signs), calibration.edges)
     missing = calibration.lapsed("unnamed", 1.0 - covered)
     singles = [(n, gain) for n, gain in signs.gains if len(n) == 1]
     larger = [(n, gain) for n, gain in signs.gains if len(n) > 1]
