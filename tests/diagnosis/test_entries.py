@@ -18,7 +18,7 @@ from testbed.diagnosis.leg.verdict import doubted
 from testbed.effects import by_name
 from testbed.effects.active import Active
 from testbed.effects.terms import Coordinate
-from testbed.estimation.leg.flow import Edge
+from testbed.estimation.leg.flow import Edges
 from testbed.formats.intervals import Z90
 from testbed.recording.leg_model import Friction, Parameter
 
@@ -32,7 +32,7 @@ def fitted(effect: Any, sd: dict[str, float], **values: float) -> Fit:
         effect.spec(name).coordinate(effect.name, complete[name], effect.seen_in) for name in sd
     )
     theta = [np.log(c.start) if c.log else c.start for c in coordinates]
-    at = Point(Friction(), Edge(), (Active(effect, complete),))
+    at = Point(Friction(), Edges(), (Active(effect, complete),))
     covariance = np.diag([number**2 for number in sd.values()])
     return Fit(coordinates, np.array(theta), at, {}, {}, {}, covariance)
 

@@ -11,8 +11,12 @@ from testbed.recording.leg_model import EffectEntry, Parameter
 ERRORS = SimpleNamespace(total=lambda quantity: {"identify": 9.0} if quantity == "force_n" else {})
 
 
-def _said(verdict: Verdict, *entries: EffectEntry) -> list[list[str]]:
-    diagnosis = SimpleNamespace(verdict=verdict, entries=entries, errors=ERRORS)
+def _said(
+    verdict: Verdict, *entries: EffectEntry, edges: dict[str, Parameter] | None = None
+) -> list[list[str]]:
+    diagnosis = SimpleNamespace(
+        verdict=verdict, entries=entries, errors=ERRORS, valve_edges=edges or {}
+    )
     return summary_rows(diagnosis)[1]  # type: ignore[arg-type]
 
 
@@ -35,3 +39,9 @@ def test_a_name_stands_beside_those_that_it_is_not_told_from() -> None:
         "gain_error -0.03",
         "probability 0.800, not told from declared.bore_m",
     ]
+
+
+def test_the_valves_edges_are_told_and_are_no_finding() -> None:
+    sizes = {"pa": Parameter(value=1.031, unit="1"), "bt": Parameter(value=0.97, unit="1")}
+    row = _said(Verdict("none", None, (((), 0.9),), {}), edges=sizes)[1]  # type: ignore[arg-type]
+    assert row == ["valve edges", "PA 1.031, BT 0.970", "flow over the plate's, fitted; no finding"]

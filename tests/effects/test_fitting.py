@@ -17,7 +17,7 @@ from testbed.effects.force_cushion import LEFT_COST
 from testbed.effects.force_periodic import strongest_line
 from testbed.effects.friction_presliding import BENT_M, SOUND_BEND_M, SOUND_COST
 from testbed.effects.terms import USUAL, ForceResidual, Observed, Signals
-from testbed.estimation.leg.flow import Edge
+from testbed.estimation.leg.flow import Edges
 from testbed.formats.arrays import Array
 from testbed.recording.known import Known
 from testbed.recording.leg_model import Friction
@@ -85,7 +85,7 @@ def test_every_effect_starts_within_its_bounds_on_legs_of_any_size(area: float) 
             continue  # begins at a residual's strongest line
         for start in effect.starts(seen):
             found = narrowed(problem, effect, start)
-            first = point(found, start_vector(found), Point(Friction(), Edge(), ()))
+            first = point(found, start_vector(found), Point(Friction(), Edges(), ()))
             (active,) = first.effects
             assert all(c.low < c.high for c in found)
             assert all(np.isfinite(value) for value in active.values.values())

@@ -22,7 +22,7 @@ from testbed.benchmarks.estimators.identification_trials import (
     speed_profile,
 )
 from testbed.errors import InputError
-from testbed.estimation.friction.evidence import gather
+from testbed.estimation.friction.evidence import check_opposes, gather
 from testbed.estimation.friction.identification import identify, identify_rig
 from testbed.estimation.friction.posterior import correlation_inflation, curve, fit_side
 from testbed.recording.axis import read_recording, read_rig
@@ -334,3 +334,14 @@ def test_a_force_or_position_turned_round_is_one_line_and_no_fault_of_mathematic
     wrong = [replace(r, **{turned: -getattr(r, turned)}) for r in recordings]
     with np.errstate(invalid="raise"), pytest.raises(InputError, match="testbed check says which"):
         identify(wrong, known, "cylinder")
+
+
+def test_a_lag_that_drives_the_fastest_rows_is_no_sign_turned_round() -> None:
+    """Friction of 300 N, and a sensor whose lag puts more power in where the piston is fastest."""
+    velocity = 0.2 * np.sin(np.linspace(0.0, 20.0 * np.pi, 4000)) ** 3
+    lagging = 3e4 * velocity * np.abs(velocity)
+    left = 300.0 * np.sign(velocity) - lagging
+    assert np.mean(left * velocity) < 0.0
+    check_opposes(velocity, left)
+    with pytest.raises(InputError, match="drive the piston"):
+        check_opposes(velocity, -300.0 * np.sign(velocity))

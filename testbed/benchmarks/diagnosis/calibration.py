@@ -27,6 +27,7 @@ from testbed.diagnosis.leg.probabilities import (
     presence_signs,
     second_signs,
 )
+from testbed.diagnosis.leg.probabilities import calibration as shipped
 from testbed.diagnosis.leg.signs import Signs
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
@@ -77,7 +78,7 @@ def names_of(example: Signs) -> dict[str, list[str]]:
 
 def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
     """The flat vector of the fit as weights: distances from START, of `rivals` in logarithms, of
-    lapses in log odds.
+    lapses in log odds. Those of the edges are reckoned and stay: no rig of equal edges tells them.
     """
     out: dict[str, dict[str, float]] = {}
     at = 0
@@ -96,7 +97,7 @@ def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
         lapse: float(1.0 / (1.0 + np.exp(-LAPSE_START - number)))
         for lapse, number in zip(LAPSES, last, strict=True)
     }
-    return Calibration(**out, rivals=rivals, lapses=lapses)
+    return Calibration(**out, rivals=rivals, lapses=lapses, edges=shipped().edges)
 
 
 def fit(trials: Sequence[Trial]) -> Calibration:
@@ -187,7 +188,7 @@ def as_yaml(calibration: Calibration, trials: Sequence[Trial], held_out: dict[st
         "brier_across_halves": round(held_out["brier"], 4),
         **{
             question: rounded(getattr(calibration, question))
-            for question in (*QUESTIONS, "rivals", "lapses")
+            for question in (*QUESTIONS, "rivals", "lapses", "edges")
         },
     }
     return yaml_text(row)

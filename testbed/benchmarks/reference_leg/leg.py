@@ -40,6 +40,10 @@ class LegParameters(Record):
     valve_damping = quantity("1", "damping ratio of the spool")
     deadband = quantity("1", "overlap, share of the stroke")
     edge_smooth = quantity("Pa", "drop below which the flow is laminar")
+    pa_more = quantity("1", "share by which the edge from supply to A is larger than rated")
+    at_more = quantity("1", "the same from A to the tank")
+    pb_more = quantity("1", "the same from supply to B")
+    bt_more = quantity("1", "the same from B to the tank")
     # Friction, out (p) and in (m)
     sigma_p = quantity("N s/m", "viscous")
     coulomb_p = quantity("N", "Coulomb")
@@ -164,11 +168,12 @@ def _edges(
     """(flow into A, flow into B, flow drawn from the supply), m3/s; `drawn` before."""
     per = size * p.rated / np.sqrt(p.drop)
     tank = p.tank + p.tank_rise * drawn**2
+    left = per * (1.0 - p.edge_gain)
     if s > 0.0:
-        drawn = per * _root(supply - pa, p.edge_smooth)
-        return drawn, -per * (1.0 - p.edge_gain) * _root(pb - tank, p.edge_smooth), drawn
-    drawn = per * _root(supply - pb, p.edge_smooth)
-    return -per * (1.0 - p.edge_gain) * _root(pa - tank, p.edge_smooth), drawn, drawn
+        drawn = per * (1.0 + p.pa_more) * _root(supply - pa, p.edge_smooth)
+        return drawn, -left * (1.0 + p.bt_more) * _root(pb - tank, p.edge_smooth), drawn
+    drawn = per * (1.0 + p.pb_more) * _root(supply - pb, p.edge_smooth)
+    return -left * (1.0 + p.at_more) * _root(pa - tank, p.edge_smooth), drawn, drawn
 
 
 @njit

@@ -27,16 +27,42 @@ from testbed.errors import InputError
 from testbed.estimation.friction.declared_numbers import MOST
 from testbed.estimation.friction.evidence import check_opposes
 from testbed.estimation.leg.balance import corrected, force_terms, without_friction_n
-from testbed.estimation.leg.flow import SMOOTH_DROP_PA, Edge
+from testbed.estimation.leg.flow import EDGES, SMOOTH_DROP_PA, Edges
 from testbed.recording.axis import Rig
+from testbed.recording.known import DEFAULT_TOLERANCE
 from testbed.recording.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
 FEWEST_SAMPLES = 30
 """Sliding samples, either way, without which no friction shows."""
 MOVED_BY_EDGES = ("flow", "supply")
-EDGE = (
-    Coordinate(NUISANCE, "gain", 1.0, 0.8, 1.25, 0.004, moves=MOVED_BY_EDGES, prior=(1.0, 0.004)),
+UNEQUAL, MOST_UNEQUAL = 0.04, 0.1
+"""Share by which one metering edge differs from the four: standard deviation, and bound. E, the
+triangle of `testbed/machine/workshop.yaml`: notches of one spool scatter by some per cent."""
+METERING = (
+    Coordinate(
+        NUISANCE,
+        "gain",
+        start=1.0,
+        low=0.8,
+        high=1.25,
+        scale=0.004,
+        moves=MOVED_BY_EDGES,
+        prior=(1.0, DEFAULT_TOLERANCE),
+    ),
+    *(
+        Coordinate(
+            NUISANCE,
+            edge,
+            start=1.0,
+            low=1.0 - MOST_UNEQUAL,
+            high=1.0 + MOST_UNEQUAL,
+            scale=0.004,
+            moves=MOVED_BY_EDGES,
+            prior=(1.0, UNEQUAL),
+        )
+        for edge in EDGES
+    ),
     Coordinate(
         NUISANCE,
         "smooth_pa",
@@ -49,7 +75,7 @@ EDGE = (
         prior=(float(np.log(SMOOTH_DROP_PA)), 0.7),
     ),
 )
-"""A valve's edge differs from its plate by some tenths of a per cent: never a finding."""
+"""A valve differs from its plate, and its edges from each other: never a finding."""
 MOST_LATE, USUAL_LATE = 3.0, 0.75
 """Samples by which a command may act later or earlier than a row of the usual recorder says."""
 ZERO_FORCE = (Coordinate(ZERO, "zero_n", 0.0, -1e3, 1e3, 1.0),)
@@ -159,15 +185,15 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     )
     coordinates = friction_coordinates(friction, scale)
     if problem.with_flow:
-        coordinates += [*EDGE, _clocked(problem)]
+        coordinates += [*METERING, _clocked(problem)]
     if problem.kind in ("cylinder", "drive"):
         coordinates += ZERO_FORCE
     if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:
         friction = _fit_mass(problem, coordinates, friction)
-        start = Point(friction, Edge(), problem.believed)
+        start = Point(friction, Edges(), problem.believed)
         coordinates = [restarted(coordinate, start) for coordinate in coordinates]
     coordinates += within_tolerance(problem)
-    fit = solve(problem, coordinates, Point(friction, Edge(), problem.believed), iterations=20)
+    fit = solve(problem, coordinates, Point(friction, Edges(), problem.believed), iterations=20)
     if problem.kind == "vertical-leg":
         fit = _better(problem, fit)
     if fit.at.off:
@@ -222,7 +248,7 @@ def _fit_mass(problem: Problem, coordinates: Sequence[Coordinate], friction: Fri
         for coordinate in mass.coordinates()
     ]
     active = Active(mass, mass.complete({parameter: UNKNOWN_MASS_KG}))
-    fixed = Point(friction, Edge(), (*problem.believed, active))
+    fixed = Point(friction, Edges(), (*problem.believed, active))
     found = solve(problem, [*coordinates, *unknown], fixed, iterations=20)
     known = problem.base.known.model_copy(
         update={"moving_mass_kg": found.at.effects[-1].values[parameter]}

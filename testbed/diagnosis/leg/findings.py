@@ -7,18 +7,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from testbed.diagnosis.leg.entries import memory_of
 from testbed.diagnosis.leg.hypotheses import LeftOut
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.proof import Proof
 from testbed.diagnosis.leg.search import Search
 from testbed.diagnosis.leg.unexplained import Unexplained
+from testbed.diagnosis.leg.valve_edges import edges_of
 from testbed.diagnosis.leg.verdict import Verdict
 from testbed.diagnosis.leg.verification import Errors
 from testbed.effects import by_name
 from testbed.effects.base import MARK
 from testbed.formats.files import make_folder, write_json
 from testbed.recording.axis import Rig
-from testbed.recording.leg_model import EffectEntry, LegModel, write_model
+from testbed.recording.leg_model import EffectEntry, LegModel, Parameter, write_model
 
 FORMAT = "roboclimber-findings/1"
 LEAST_PROBABILITY = 5e-4
@@ -52,6 +54,12 @@ class Diagnosis:
         """Hypotheses that this data cannot show."""
         return self.state.left_out
 
+    @property
+    def valve_edges(self) -> dict[str, Parameter]:
+        """Sizes of the valve's edges against its plate, fitted beside what was found."""
+        chosen = self.verdict.chosen
+        return edges_of(self.problem, chosen.fit, memory_of(chosen.evidence))
+
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """The contents of findings.json."""
@@ -70,6 +78,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "left_out": [
             {"name": recording.name, "reason": recording.reason} for recording in diagnosis.left_out
         ],
+        **({"valve_edges": parameters_json(edges)} if (edges := diagnosis.valve_edges) else {}),
         **({"goes_with": dict(diagnosis.verdict.goes_with)} if diagnosis.verdict.goes_with else {}),
         **trials,
     }
@@ -90,22 +99,26 @@ def trials_json(proof: Proof) -> dict[str, Any]:
 def effect_json(entry: EffectEntry, verdict: Verdict) -> dict[str, Any]:
     """A found effect as findings.json carries it; one at a place with its place."""
     name = entry.name if entry.place is None else f"{entry.name}{MARK}{entry.place}"
-    parameters = {
-        key: {
-            "value": parameter.value,
-            "unit": parameter.unit,
-            "interval90": list(parameter.interval90) if parameter.interval90 else None,
-        }
-        for key, parameter in entry.parameters.items()
-    }
     return {
         "name": entry.name,
         **({} if entry.place is None else {"place": entry.place}),
         "probability": round(verdict.probability(name), 4),
         "ambiguous_with": list(verdict.ambiguous.get(name, ())),
         "at_bounds": list(verdict.at_bounds.get(name, ())),
-        "parameters": parameters,
+        "parameters": parameters_json(entry.parameters),
         "equation": by_name(entry.name).equation,
+    }
+
+
+def parameters_json(parameters: Mapping[str, Parameter]) -> dict[str, Any]:
+    """Numbers with their units and intervals as findings.json carries them."""
+    return {
+        key: {
+            "value": parameter.value,
+            "unit": parameter.unit,
+            "interval90": list(parameter.interval90) if parameter.interval90 else None,
+        }
+        for key, parameter in parameters.items()
     }
 
 
@@ -158,6 +171,9 @@ def summary_rows(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
     for channel, share in verdict.goes_with.items():
         lowered = f"lowers by {100 * share:.0f} % what is left of recordings left out"
         rows.append(["candidate", f"{channel} (rides along)", lowered])
+    if edges := diagnosis.valve_edges:
+        sizes = ", ".join(f"{edge.upper()} {size.value:.3f}" for edge, size in edges.items())
+        rows.append(["valve edges", sizes, "flow over the plate's, fitted; no finding"])
     for quantity, unit in (("force_n", "N"), ("flow_m3_s", "m3/s")):
         total = diagnosis.errors.total(quantity)
         if total:

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.leg.points import STRAIGHT, Point, point, start_vector
+from testbed.diagnosis.leg.points import FRICTION, NUISANCE, STRAIGHT, Point, point, start_vector
 from testbed.diagnosis.leg.problem import Problem
 from testbed.effects.terms import Coordinate
+from testbed.estimation.leg.flow import EDGES
 from testbed.recording.leg_model import LegModel
 
 Array = npt.NDArray[np.float64]
@@ -59,7 +60,7 @@ def residuals(problem: Problem, at: Point, channels: Sequence[str]) -> dict[str,
     if "flow" in channels or "supply" in channels:
         out |= {
             name: value
-            for name, value in problem.flow(model, at.effects, at.edge).items()
+            for name, value in problem.flow(model, at.effects, at.edges).items()
             if name in channels
         }
     return out
@@ -121,15 +122,19 @@ def jacobian(
     at_zero: dict[str, Array],
 ) -> dict[str, Array]:
     """Differences forward (backward at an upper bound), channel by channel; exact where friction
-    enters straight.
+    and the edges enter straight.
 
     A coordinate that does not move a channel has a zero column.
     """
     out = {name: np.zeros((len(value), len(theta)), order="F") for name, value in at_zero.items()}
-    exact = _exact(problem, coordinates, theta, fixed) if "force" in at_zero else {}
+    exact = {
+        **(_exact_friction(problem, coordinates, theta, fixed) if "force" in at_zero else {}),
+        **(_exact_edges(problem, coordinates, theta, fixed) if "flow" in at_zero else {}),
+    }
     for index, coordinate in enumerate(coordinates):
         if index in exact:
-            out["force"][:, index] = exact[index]
+            channel, column = exact[index]
+            out[channel][:, index] = column
             continue
         moved = [move for move in coordinate.moves if move in at_zero]
         if not moved:
@@ -146,23 +151,43 @@ def jacobian(
     return out
 
 
-def _exact(
+def _exact_friction(
     problem: Problem, coordinates: Sequence[Coordinate], theta: Array, fixed: Point
-) -> dict[int, Array]:
-    """Index of a coordinate -> its column of the force's Jacobian, for friction that enters
+) -> dict[int, tuple[str, Array]]:
+    """Index of a coordinate -> its channel and column of the Jacobian, for friction that enters
     straight.
     """
     friction = {
         index: coordinate.name
         for index, coordinate in enumerate(coordinates)
-        if coordinate.owner == "friction"
+        if coordinate.owner == FRICTION
     }
     wanted = {key: STRAIGHT.index(name) for key, name in friction.items() if name in STRAIGHT}
     if not wanted:
         return {}
     at = point(coordinates, theta, fixed)
     found = problem.straight_columns(at.model(problem.base), at.effects)
-    return {} if found is None else {name: found[:, column] for name, column in wanted.items()}
+    if found is None:
+        return {}
+    return {index: ("force", found[:, column]) for index, column in wanted.items()}
+
+
+def _exact_edges(
+    problem: Problem, coordinates: Sequence[Coordinate], theta: Array, fixed: Point
+) -> dict[int, tuple[str, Array]]:
+    """The same for the valve's edges."""
+    wanted = {
+        index: coordinate.name
+        for index, coordinate in enumerate(coordinates)
+        if coordinate.owner == NUISANCE and coordinate.name in ("gain", *EDGES)
+    }
+    if not wanted:
+        return {}
+    at = point(coordinates, theta, fixed)
+    found = problem.edge_columns(at.effects, at.edges)
+    if found is None:
+        return {}
+    return {index: ("flow", found[name]) for index, name in wanted.items()}
 
 
 def solve(

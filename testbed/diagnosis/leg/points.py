@@ -12,12 +12,12 @@ import numpy.typing as npt
 from testbed.effects import by_name
 from testbed.effects.active import Active
 from testbed.effects.terms import Coordinate
-from testbed.estimation.leg.flow import Edge
+from testbed.estimation.leg.flow import Edges
 from testbed.recording.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
 FRICTION, NUISANCE, ZERO, DECLARED = "friction", "nuisance", "zero", "declared"
-"""Owners of coordinates that are no effects: equation (5), a valve's edge, the sensors' common
+"""Owners of coordinates that are no effects: equation (5), a valve's edges, the sensors' common
 zero, and how far a declared number is off, as a share of it (its name is the number's)."""
 FRICTION_NAMES = tuple(Friction.model_fields)
 STRAIGHT = tuple(name for name in FRICTION_NAMES if "speed" not in name)
@@ -51,7 +51,7 @@ class Point:
     """A parameter vector made into objects."""
 
     friction: Friction
-    edge: Edge
+    edges: Edges
     effects: tuple[Active, ...]
     zero_n: float = 0.0
     """Of the sensors together, as a force downwards; see base_models.ZERO_FORCE."""
@@ -77,11 +77,7 @@ class Point:
 def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Point:
     """The objects at a parameter vector (fitted units); what is not fitted comes from `fixed`."""
     friction, zero, off = dict(fixed.friction), fixed.zero_n, dict(fixed.off)
-    edge = {
-        "gain": fixed.edge.gain,
-        "smooth_pa": fixed.edge.smooth_pa,
-        "late_s": fixed.edge.late_s,
-    }
+    edges: dict[str, float] = {}
     values: dict[str, dict[str, float]] = {
         effect.effect.name: dict(effect.values) for effect in fixed.effects
     }
@@ -91,7 +87,7 @@ def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Poin
         if coordinate.owner == FRICTION:
             friction[coordinate.name] = number
         elif coordinate.owner == NUISANCE:
-            edge[coordinate.name] = number
+            edges[coordinate.name] = number
         elif coordinate.owner == ZERO:
             zero = number
         elif coordinate.owner == DECLARED:
@@ -99,7 +95,8 @@ def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Poin
         else:
             values.setdefault(coordinate.owner, {})[coordinate.name] = number
     effects = tuple(Active(e := by_name(name), e.complete(value)) for name, value in values.items())
-    return Point(Friction.model_construct(**friction), Edge(**edge), effects, zero, off)
+    metering = replace(fixed.edges, **edges)
+    return Point(Friction.model_construct(**friction), metering, effects, zero, off)
 
 
 def start_vector(coordinates: Sequence[Coordinate]) -> Array:
@@ -121,7 +118,7 @@ def restarted(coordinate: Coordinate, at: Point) -> Coordinate:
     if coordinate.owner == FRICTION:
         value = float(getattr(at.friction, coordinate.name))
     elif coordinate.owner == NUISANCE:
-        value = float(getattr(at.edge, coordinate.name))
+        value = float(getattr(at.edges, coordinate.name))
     elif coordinate.owner == ZERO:
         value = at.zero_n
     elif coordinate.owner == DECLARED:

@@ -31,11 +31,22 @@ from testbed.estimation.leg.balance import (
     friction_n,
     without_friction_n,
 )
-from testbed.estimation.leg.flow import Edge, flow_balance, flow_terms
+from testbed.estimation.leg.flow import (
+    EDGES,
+    Edges,
+    edge_slopes,
+    flow_balance,
+    flow_terms,
+    followed,
+)
 from testbed.estimation.leg.force import narrow_band
 from testbed.recording.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
+
+
+OPENINGS = 4
+"""Openings of each recording that are kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +91,7 @@ class Problem:
     layout: dict[str, Layout] = field(default_factory=dict)
     _corrected: tuple[object, list[Signals]] | None = None
     _balanced: tuple[object, list[Balance]] | None = None
+    _opened: dict[tuple[str, float, float], tuple[Array, Array]] = field(default_factory=dict)
 
     @property
     def kind(self) -> str:
@@ -177,15 +189,13 @@ class Problem:
             self._corrected = (key, [corrected(one.signals, sensors) for one in self.series])
         return self._corrected[1]
 
-    def flow(self, model: LegModel, effects: Sequence[Active], edge: Edge) -> dict[str, Array]:
+    def flow(self, model: LegModel, effects: Sequence[Active], edges: Edges) -> dict[str, Array]:
         """Stacked binned flow residuals of A and B (m3/s), concatenated, and of the supply (Pa)."""
         parts: dict[str, list[Array]] = {"flow": [], "supply": []}
         for one, signals in zip(self.series, self._signals(effects), strict=True):
             terms = flow_terms(signals, effects)
-            declared = signals.known.valve_deadband
-            open_ = one.opening if terms.deadband == declared else one.opening_for(terms.deadband)
-            assert open_ is not None
-            balance = flow_balance(signals, terms, open_, edge)
+            open_, late = self._openings(one, terms.deadband, edges.late_s)
+            balance = flow_balance(signals, terms, open_, edges, late)
             parts["flow"] += [
                 one.binned(balance.a_m3_s, one.clear)[0],
                 one.binned(balance.b_m3_s, one.clear)[0],
@@ -193,6 +203,37 @@ class Problem:
             if balance.supply_pa is not None:
                 parts["supply"].append(one.binned(balance.supply_pa, one.clear)[0])
         return {name: np.concatenate(values) for name, values in parts.items() if values}
+
+    def edge_columns(self, effects: Sequence[Active], edges: Edges) -> Mapping[str, Array] | None:
+        """Edge -> d(flow residual) / d(its gain), shape (bins,), and `gain` for all four together.
+
+        None where the supply gives way to what the edges draw: they do not enter straight there.
+        """
+        parts: dict[str, list[Array]] = {edge: [] for edge in EDGES}
+        for one, signals in zip(self.series, self._signals(effects), strict=True):
+            terms = flow_terms(signals, effects)
+            if terms.droop_pa_s_m3 > 0.0:
+                return None
+            open_, late = self._openings(one, terms.deadband, edges.late_s)
+            for edge, slopes in edge_slopes(signals, terms, open_, edges, late).items():
+                parts[edge] += [one.binned(slope, one.clear)[0] for slope in slopes]
+        out = {edge: np.concatenate(columns) for edge, columns in parts.items()}
+        all_four = sum(getattr(edges, edge) * column for edge, column in out.items())
+        return out | {"gain": np.asarray(all_four) / edges.gain}
+
+    def _openings(self, one: Series, deadband: float, late_s: float) -> tuple[Array, Array]:
+        """A recording's opening as its command says, and as late as the edges follow; the last few
+        are kept.
+        """
+        key = (one.name, deadband, late_s)
+        if key not in self._opened:
+            declared = deadband == one.signals.known.valve_deadband
+            open_ = one.opening if declared else one.opening_for(deadband)
+            assert open_ is not None
+            if len(self._opened) >= OPENINGS * len(self.series):
+                del self._opened[next(iter(self._opened))]
+            self._opened[key] = open_, followed(open_, late_s, one.signals.rate_hz)
+        return self._opened[key]
 
     def __post_init__(self) -> None:
         self.layout = {channel: self._layout(channel) for channel in self.channels()}

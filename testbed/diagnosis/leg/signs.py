@@ -25,7 +25,7 @@ class SetSigns:
     each recording is predicted from the others; `worst`: relative growth of the noise of the
     recording that suffers most then.
     `force`, `flow`: largest noise over the floor of the sensors that the set leaves in a group of
-    that kind.
+    that kind. `uneven`: how far the valve's metering edges differ, see Edges.unevenness.
     """
 
     names: tuple[str, ...]
@@ -36,6 +36,7 @@ class SetSigns:
     worst: float
     force: float
     flow: float
+    uneven: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -135,6 +136,7 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
         worst=worst,
         force=max((value for name, value in excess.items() if name[0] == "force"), default=1.0),
         flow=max((value for name, value in excess.items() if name[0] != "force"), default=1.0),
+        uneven=candidate.fit.at.edges.unevenness(),
     )
 
 

@@ -14,7 +14,7 @@ from testbed.diagnosis.leg.floor import flow_floor_m3_s, sensor_noise_n
 from testbed.diagnosis.leg.series import Series
 from testbed.effects import build
 from testbed.estimation.leg.balance import corrected
-from testbed.estimation.leg.flow import Edge, flow_balance, flow_terms
+from testbed.estimation.leg.flow import flow_balance, flow_terms
 from testbed.estimation.leg.force import MOVING_M_S, estimate
 from testbed.estimation.leg.motion import signals_of
 from testbed.recording.axis import Recording
@@ -106,7 +106,7 @@ def flow_residual(series: Series, model: LegModel) -> tuple[Array, Array]:
         else series.opening_for(terms.deadband)
     )
     assert open_ is not None
-    balance = flow_balance(signals, terms, open_, Edge())
+    balance = flow_balance(signals, terms, open_)
     return balance.a_m3_s, balance.b_m3_s
 
 

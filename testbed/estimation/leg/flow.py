@@ -9,7 +9,7 @@ in m3/s, zero where the model is right.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from testbed.effects.leakage_internal import flow_m3_s as leak_m3_s
 from testbed.effects.supply_droop import drooping_pa
 from testbed.effects.terms import FlowTerms, Signals
 from testbed.effects.valve_deadband import opening
-from testbed.estimation.leg.motion import smooth
+from testbed.estimation.leg.motion import slope, smooth
 from testbed.formats.arrays import Array
 from testbed.laws.holding import NO_HOLDING, outlet_share
 from testbed.laws.second_order import second_order
@@ -32,15 +32,37 @@ SMOOTH_DROP_PA = 5e4
 """Below this drop the orifice's square root is smoothed: sqrt has no slope at zero."""
 
 
+EDGES = ("pa", "at", "pb", "bt")
+"""A valve's metering edges: supply to A, A to tank, supply to B, B to tank."""
+
+
 @dataclass(frozen=True)
-class Edge:
-    """A metering edge: its gain against the plate, the drop below which its flow grows straight,
-    Pa, and by how much later than COMMAND_LEAD_SAMPLES says it follows the recorded command, s.
-    """
+class Edges:
+    """What a valve's plate does not say of its metering edges to the last per cent."""
 
     gain: float = 1.0
+    """Of all four against the plate, 1."""
+    pa: float = 1.0
+    """Of the edge from the supply to A against all four, 1."""
+    at: float = 1.0
+    """Of the edge from A to the tank, 1."""
+    pb: float = 1.0
+    """Of the edge from the supply to B, 1."""
+    bt: float = 1.0
+    """Of the edge from B to the tank, 1."""
     smooth_pa: float = SMOOTH_DROP_PA
+    """Drop below which their flow grows straight, Pa."""
     late_s: float = 0.0
+    """By how much later than COMMAND_LEAD_SAMPLES says they follow the recorded command, s."""
+
+    def unevenness(self) -> float:
+        """Sum of the squares by which the four differ from their own mean, as shares."""
+        sizes = np.log([getattr(self, edge) for edge in EDGES])
+        return float(np.sum((sizes - np.mean(sizes)) ** 2))
+
+
+PLAIN = Edges()
+"""A valve as its plate says."""
 
 
 @dataclass(frozen=True)
@@ -117,21 +139,32 @@ def smoothed_opening(spool_: Array, deadband: float, width_samples: float, step:
     return smooth(np.asarray(opening(spool_, deadband), dtype=np.float64), width_samples)[::step]
 
 
+def followed(open_: Array, late_s: float, rate_hz: float) -> Array:
+    """The opening (n,) of edges that follow so much later."""
+    if not late_s:
+        return open_
+    from scipy.ndimage import shift
+
+    return np.asarray(shift(open_, late_s * rate_hz, order=3, mode="nearest"))
+
+
 def flow_balance(
-    signals: Signals, terms: FlowTerms, open_: Array, edge: Edge = Edge()
+    signals: Signals,
+    terms: FlowTerms,
+    open_: Array,
+    edges: Edges = PLAIN,
+    late: Array | None = None,
 ) -> FlowBalance:
     """Residuals for signals whose sensors are already corrected; `open_` from `smoothed_opening` on
     the same grid.
 
-    `edge` is what a valve's plate does not say to the last per cent.
+    `edges`: what a valve's plate does not say to the last per cent. `late`: `open_` as late as they
+    follow, where it is at hand.
     """
     pressure_a, pressure_b = signals.pressure_a_pa, signals.pressure_b_pa
     assert pressure_a is not None and pressure_b is not None
-    supply = _supply_pa(signals, terms, open_, edge)
-    if edge.late_s:
-        from scipy.ndimage import shift
-
-        open_ = shift(open_, edge.late_s * signals.rate_hz, order=3, mode="nearest")
+    supply = _supply_pa(signals, terms, open_, edges)
+    open_ = followed(open_, edges.late_s, signals.rate_hz) if late is None else late
     leak: Array | float = 0.0
     if terms.leakage_m3_s_pa:
         drop = pressure_a - pressure_b
@@ -150,7 +183,7 @@ def flow_balance(
         rate_a_pa_s=slope(pressure_a, signals.rate_hz),
         rate_b_pa_s=slope(pressure_b, signals.rate_hz),
     )
-    flow_a, flow_b = _chambers(rows, _valve(signals.known, edge), _cylinder(signals.known))
+    flow_a, flow_b = _chambers(rows, _valve(signals.known, edges), _cylinder(signals.known))
     if terms.hose_capacity_m3_pa > 0.0:
         period = 1.0 / signals.rate_hz
         flow_a = flow_a - hose_flow_m3_s(
@@ -158,6 +191,31 @@ def flow_balance(
         )
     measured = signals.supply_pressure_pa
     return FlowBalance(flow_a, flow_b, None if measured is None else measured - supply)
+
+
+def edge_slopes(
+    signals: Signals, terms: FlowTerms, open_: Array, edges: Edges, late: Array
+) -> dict[str, tuple[Array, Array]]:
+    """Edge -> d(residual A), d(residual B) per unit of its gain, m3/s, each (n,), where the
+    supply does not give way to what it draws: flows are straight in the sizes of the edges, of
+    which each chamber has one open at a time.
+    """
+    more = {edge: (1.0 + WIDER) * getattr(edges, edge) for edge in EDGES}
+    wider = flow_balance(signals, terms, open_, replace(edges, **more), late)
+    as_is = flow_balance(signals, terms, open_, edges, late)
+    slope_a = (wider.a_m3_s - as_is.a_m3_s) / WIDER
+    slope_b = (wider.b_m3_s - as_is.b_m3_s) / WIDER
+    out, none = late > 0.0, np.zeros(len(late))
+    return {
+        "pa": (np.where(out, slope_a, 0.0) / edges.pa, none),
+        "at": (np.where(out, 0.0, slope_a) / edges.at, none),
+        "pb": (none, np.where(out, 0.0, slope_b) / edges.pb),
+        "bt": (none, np.where(out, slope_b, 0.0) / edges.bt),
+    }
+
+
+WIDER = 0.01
+"""Share by which all edges are widened to see what they do."""
 
 
 class Valve(NamedTuple):
@@ -213,18 +271,18 @@ class OilRows(NamedTuple):
     rate_b_pa_s: Array
 
 
-def _valve(known: Known, edge: Edge) -> Valve:
+def _valve(known: Known, edges: Edges) -> Valve:
     assert known.valve_rated_flow_m3_s and known.valve_rated_drop_per_edge_pa
     circuit = known.circuit or Circuit()
     return Valve(
-        edge.gain * known.valve_rated_flow_m3_s,
+        edges.gain * known.valve_rated_flow_m3_s,
         known.valve_rated_drop_per_edge_pa,
-        edge.smooth_pa,
+        edges.smooth_pa,
         known.tank_pressure_pa or 0.0,
-        circuit.edge_pa,
-        circuit.edge_at,
-        circuit.edge_pb,
-        circuit.edge_bt,
+        edges.pa * circuit.edge_pa,
+        edges.at * circuit.edge_at,
+        edges.pb * circuit.edge_pb,
+        edges.bt * circuit.edge_bt,
         circuit.leakage_pa_m3_s_pa,
         circuit.leakage_at_m3_s_pa,
         circuit.leakage_pb_m3_s_pa,
@@ -247,7 +305,7 @@ def _cylinder(known: Known) -> Cylinder:
     )
 
 
-def _supply_pa(signals: Signals, terms: FlowTerms, open_: Array, edge: Edge) -> Array | float:
+def _supply_pa(signals: Signals, terms: FlowTerms, open_: Array, edges: Edges) -> Array | float:
     """The declared supply pressure, less what it gives way under the drawn flow."""
     known, nominal = signals.known, signals.known.supply_pressure_nominal_pa
     assert nominal and signals.pressure_a_pa is not None and signals.pressure_b_pa is not None
@@ -256,9 +314,10 @@ def _supply_pa(signals: Signals, terms: FlowTerms, open_: Array, edge: Edge) -> 
         return signals.supply_pressure_pa
     if terms.droop_pa_s_m3 <= 0.0:
         return nominal
-    valve = _valve(known, edge)
+    valve = _valve(known, edges)
     against = np.where(open_ > 0.0, signals.pressure_a_pa, signals.pressure_b_pa)
-    per_root = valve.rated_m3_s * np.abs(open_) / np.sqrt(valve.rated_drop_pa)
+    feeding = np.where(open_ > 0.0, valve.edge_pa, valve.edge_pb)
+    per_root = feeding * valve.rated_m3_s * np.abs(open_) / np.sqrt(valve.rated_drop_pa)
     droop = terms.droop_pa_s_m3, terms.droop_time_s
     return np.asarray(drooping_pa(nominal, against, per_root, droop, 1.0 / signals.rate_hz))
 
@@ -290,25 +349,6 @@ def _held(
         return 0.0
     share = outlet_share(kind, load_pa, pilot_pa, valve.setting_pa, valve.pilot_ratio)
     return float(share * flow)
-
-
-SLOPE = (45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0)
-"""Weights of the differences over two, four and six samples in a slope of the sixth order."""
-
-
-def slope(values: Array, rate_hz: float) -> Array:
-    """Slope of a smoothed series, shape (n,), per second: to an eighth of the rate true to 0.2 %.
-
-    A difference over two samples falls short by 10 % there: oil would seem softer than it is.
-    """
-    reach = len(SLOPE)
-    longer = np.pad(values, reach, mode="reflect", reflect_type="odd")
-    last = len(longer) - reach
-    differences = (
-        weight * (longer[reach + far : last + far] - longer[reach - far : last - far])
-        for far, weight in enumerate(SLOPE, start=1)
-    )
-    return np.asarray(sum(differences) * rate_hz, dtype=np.float64)
 
 
 @njit

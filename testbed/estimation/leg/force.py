@@ -23,7 +23,7 @@ from testbed.estimation.leg.balance import (
     friction_n,
     without_friction_n,
 )
-from testbed.estimation.leg.flow import Edge, flow_balance, flow_terms, smoothed_opening, spool
+from testbed.estimation.leg.flow import Edges, flow_balance, flow_terms, smoothed_opening, spool
 from testbed.estimation.leg.motion import grid, signals_of, smooth, smooth_causal
 from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis import Recording
@@ -67,7 +67,7 @@ def fused(recording: Recording, model: LegModel, width_s: float) -> Signals | No
     open_ = smoothed_opening(moved, terms.deadband, max(width_s, 1.2 / rate) * rate)
 
     def oil_less_encoder(late_samples: float) -> Array:
-        balance = flow_balance(right, terms, open_, Edge(late_s=late_samples / rate))
+        balance = flow_balance(right, terms, open_, Edges(late_s=late_samples / rate))
         return 0.5 * (balance.a_m3_s / known.area_a_m2 - balance.b_m3_s / known.area_b_m2)
 
     going = np.abs(signals.velocity_m_s) > GOING_M_S

@@ -70,6 +70,25 @@ def smooth(values: Array, width_samples: float, derivative: int = 0) -> Array:
     return np.asarray(out[pad : pad + len(values)], dtype=np.float64)
 
 
+SLOPE = (45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0)
+"""Weights of the differences over two, four and six samples in a slope of the sixth order."""
+
+
+def slope(values: Array, rate_hz: float) -> Array:
+    """Slope of a smoothed series, shape (n,), per second: to an eighth of the rate true to 0.2 %.
+
+    A difference over two samples falls short by 10 % there: oil would seem softer than it is.
+    """
+    reach = len(SLOPE)
+    longer = np.pad(values, reach, mode="reflect", reflect_type="odd")
+    last = len(longer) - reach
+    differences = (
+        weight * (longer[reach + far : last + far] - longer[reach - far : last - far])
+        for far, weight in enumerate(SLOPE, start=1)
+    )
+    return np.asarray(sum(differences) * rate_hz, dtype=np.float64)
+
+
 def smooth_causal(values: Array, width_samples: float) -> Array:
     """Two equal one-pole low-passes in a row: their impulse response has standard deviation
     `width_samples`.
