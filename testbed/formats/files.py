@@ -237,7 +237,20 @@ def _unwritable(path: Path, error: OSError, field: str | None = None) -> InputEr
 # One owner a folder: two processes that write into one folder would mix their files.
 #
 # The lock is the operating system's, on the folder itself: it leaves no file behind, and it ends
-# with its process, however that ends. Reading needs no lock.
+# with its process, however that ends. Reading needs no lock. A copy that the process makes of
+# itself shares the lock unless it lets go: it would keep a killed owner's folder until its own end.
+
+_held: set[int] = set()
+"""Handles through which this process owns folders."""
+
+
+def _own_nothing() -> None:
+    """In a new copy of this process."""
+    while _held:
+        os.close(_held.pop())
+
+
+os.register_at_fork(after_in_child=_own_nothing)
 
 
 class OccupiedError(InputError):
@@ -253,11 +266,14 @@ def owned(folder: str | Path, field: str | None = "--out") -> Iterator[Path]:
     """
     folder = make_folder(folder, field)
     handle = os.open(folder, os.O_RDONLY)
+    _held.add(handle)
     try:
         _lock(handle, folder, field)
         yield folder
     finally:
-        os.close(handle)  # and with it the lock
+        if handle in _held:  # not so in a copy
+            _held.remove(handle)
+            os.close(handle)  # and with it the lock
 
 
 def _lock(handle: int, folder: Path, field: str | None) -> None:

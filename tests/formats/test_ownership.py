@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -17,6 +18,15 @@ import sys, time
 from testbed.formats.files import owned
 with owned(sys.argv[1]):
     print("owned", flush=True)
+    time.sleep(60)
+"""
+
+WITH_A_COPY = """
+import os, sys, time
+from testbed.formats.files import owned
+with owned(sys.argv[1]):
+    if os.fork() == 0:
+        print(os.getpid(), flush=True)
     time.sleep(60)
 """
 
@@ -50,6 +60,26 @@ def test_a_killed_process_owns_nothing(tmp_path: Path, end: signal.Signals) -> N
     child.communicate(timeout=30)
     with owned(tmp_path):
         assert not list(tmp_path.iterdir())
+
+
+def test_a_copy_that_outlives_its_killed_owner_owns_nothing(tmp_path: Path) -> None:
+    """As the one that draws pictures beside a run does for a moment."""
+    child = subprocess.Popen(
+        [sys.executable, "-c", WITH_A_COPY, str(tmp_path)], stdout=subprocess.PIPE, text=True
+    )
+    assert child.stdout is not None
+    copy = int(child.stdout.readline())
+    try:
+        with pytest.raises(InputError, match="another testbed process"), owned(tmp_path):
+            raise AssertionError("two owners")
+        child.kill()
+        child.wait(timeout=30)
+        os.kill(copy, 0)  # it is still there
+        with owned(tmp_path):
+            assert not list(tmp_path.iterdir())
+    finally:
+        os.kill(copy, signal.SIGKILL)
+        child.stdout.close()
 
 
 def test_what_is_no_folder_cannot_be_owned(tmp_path: Path) -> None:
