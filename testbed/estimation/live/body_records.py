@@ -48,6 +48,7 @@ class BodyBelief(Record):
     noise_sd = quantity("N", "noise of a filtered load")
     moving_sd = quantity("N", "what inertia and friction leave beside it while the piston slides")
     told_share = quantity("1", "of the filter's standard deviation, that is told")
+    stuck_told = quantity("1", "of that, on a vertical piston that never slid")
     set_margin = quantity("1", "by which friction's set may be wider than believed, of its width")
     news_share = quantity("1", "of a change of force at rest, that may be friction's")
     news_noise = quantity("N", "of such a change, that is noise")

@@ -53,6 +53,18 @@ def leg_variance(p: Any, h: Any, k: int) -> float:
     return total
 
 
+@njit
+def told_variance(k: int, h: Any, body: Any, state: Any) -> float:
+    """Of leg k's force that the row h (N) observes, N2: as much of the filter's variance as is
+    told, and the noise of a filtered load.
+    """
+    share = body.told_share
+    if state.axes[3 * k + 2].has_slid == 0.0:
+        share *= body.stuck_told
+    variance = max(leg_variance(state.fusion.p, h, k), 0.0)
+    return float(share * share * variance + body.noise_sd * body.noise_sd)
+
+
 # What contact tells of a foot's force: in the air it is nothing, on the ground it pushes and does
 # not pull.
 

@@ -26,7 +26,7 @@ from testbed.estimation.live.cylinder_errors import (
     is_in_air,
     learn_in_air,
     learn_no_pull,
-    leg_variance,
+    told_variance,
     weigh_cylinder,
     weigh_leg,
 )
@@ -162,8 +162,7 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
     for index in range(4):
         for r in range(3):
             weigh_leg(index, maps[index, r], state, h)
-            variance = max(leg_variance(fusion.p, h, index), 0.0)
-            state.force_sd[index, r] = math.sqrt(body.told_share**2 * variance + body.noise_sd**2)
+            state.force_sd[index, r] = math.sqrt(told_variance(index, h, body, state))
 
 
 @njit
