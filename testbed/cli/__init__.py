@@ -14,12 +14,13 @@ from typing import Annotated, Any
 import typer
 
 from testbed.cli import benchmarks, lab, models, recordings, runs
+from testbed.cli.listed import CommandList
 from testbed.formats.sockets import user_code
 
 
 def _family(commands: dict[str, Callable[..., None]], **options: Any) -> typer.Typer:
     """Commands by name as one program, or as the part of one."""
-    family = typer.Typer(**options)
+    family = typer.Typer(cls=CommandList, **options)
     for name, command in commands.items():
         family.command(name)(command)
     return family

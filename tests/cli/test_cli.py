@@ -7,10 +7,11 @@ import json
 import resource
 import subprocess
 import sys
+from collections.abc import Callable, Mapping
 
 import pytest
 
-from testbed.cli import _report
+from testbed.cli import COMMANDS, LAB, _report
 
 
 def _least_cpu_s(arguments: list[str], limit_s: float, tries: int = 5) -> float:
@@ -71,6 +72,24 @@ def test_help_names_every_command() -> None:
     shown = _run("--help").stdout
     assert {"run", "view", "parameters", "scenario-schema"} <= names
     assert all(f"\n  {name}" in shown for name in names)
+
+
+@pytest.mark.parametrize(("group", "at_hand"), [((), COMMANDS), (("lab",), LAB)])
+def test_help_cuts_no_description_off(
+    group: tuple[str, ...], at_hand: Mapping[str, Callable[..., None]]
+) -> None:
+    shown = "".join(_run(*group, "--help").stdout.split())  # lines break at hyphens, too
+    for name, command in at_hand.items():
+        does = (command.__doc__ or "").partition("\n\n")[0]
+        assert name + "".join(does.split()) in shown
+
+
+def test_help_lists_families_under_headings() -> None:
+    from testbed.cli.listed import HEADINGS
+
+    lines = _run("--help").stdout.splitlines()
+    headings = [line.rstrip(":") for line in lines if line.rstrip(":") in HEADINGS.values()]
+    assert headings == list(HEADINGS.values())
 
 
 def test_the_schema_lists_every_field_with_its_unit() -> None:
