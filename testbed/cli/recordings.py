@@ -83,7 +83,8 @@ def estimate(
     from testbed.workflows.estimate import estimate_file
 
     done = estimate_file(recording, model, out, causal, estimator)
-    answer(json, done, f"{done['rows']} rows of {', '.join(done['columns'])}: {done['out']}")
+    said = f"{done['rows']} rows of {', '.join(done['columns'])}: {done['out']}"
+    answer(json, done, "\n".join(filter(None, (said, done["note"]))))
 
 
 def detect(

@@ -159,6 +159,8 @@ class Header(AnyHeader):
 
 AXIS_RIGS = ("vertical-leg", "cylinder", "drive")
 """Kinds of rig of one axis."""
+NAMED = 4
+"""So many of the quantities that are missing are told by name."""
 
 
 def read_header(path: Path) -> Header:
@@ -251,7 +253,9 @@ def check_unit(quantity: str, channel: Channel, allowed: Sequence[str], path: Pa
 
 
 def check_present(channels: Mapping[str, Channel], needed: Sequence[str], path: Path) -> None:
-    """Refuse a header that lacks one of the `needed` quantities."""
-    for quantity in needed:
-        if quantity not in channels:
-            raise InputError(f"channels.{quantity} is missing", file=path)
+    """Refuse a header that lacks some of the `needed` quantities; names the first ones."""
+    missing = [quantity for quantity in needed if quantity not in channels]
+    if missing:
+        others = f", and so are {', '.join(missing[1:NAMED])}" if missing[1:] else ""
+        more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
+        raise InputError(f"channels.{missing[0]} is missing{others}{more}", file=path)

@@ -19,6 +19,11 @@ _PER_AXIS = ("position_", "pressure_a_", "pressure_b_", "valve_")
 _VERTICAL = tuple(f"{stem}{leg}_vertical" for stem in _PER_AXIS[:3] for leg in LEGS)
 OF_LEGS: tuple[str, ...] = ("t", *_VERTICAL, "attitude_roll", "attitude_pitch")
 """Without these there is no load of a foot."""
+OF_JOINTS: tuple[str, ...] = (
+    *(f"{stem}{axis}" for stem in _PER_AXIS[:3] for axis in AXES),
+    *OF_LEGS[-2:],
+)
+"""With these the forces of a leg's three cylinders are known, whatever holds the body."""
 OF_BODY: tuple[str, ...] = (
     "t",
     *(f"{stem}{axis}" for stem in _PER_AXIS for axis in AXES),

@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 
 SHIPPED = "own"
 """The estimate of a robot's feet that is written unless another is named."""
+UNSURVEYED = (
+    "recording.yaml has no surveyed (rope_directions_in_world, payload_kg): each leg is estimated "
+    "by itself, with wider intervals"
+)
 
 
 def estimate_file(
@@ -43,7 +47,7 @@ def estimate_file(
     One leg: `t`, `force_n`, `force_low_n`, `force_high_n`, one row a sample. The whole robot: `t`
     and `force_<leg>_n` with `_low` and `_high`; always causal, without `model` what the recording
     says the robot believes, and by `estimator` (a shipped one by name, or FILE.py:Class) instead of
-    the whole-body estimate. Raises InputError for a recording, a model or a place that cannot be
+    the whole-body estimate. `note` says what narrows it. Raises InputError for a recording, a model or a place that cannot be
     used; then nothing is written.
     """
     from testbed.formats.table import write_columns
@@ -65,7 +69,9 @@ def estimate_file(
     else:
         columns = _of_leg(folder, model, causal)
     write_columns(out, columns)
-    return {"rows": len(columns["t"]), "columns": list(columns), "out": str(out)}
+    done = {"rows": len(columns["t"]), "columns": list(columns), "out": str(out)}
+    unsurveyed = is_robot(folder) and header_of(folder).get("surveyed") is None
+    return done | {"note": UNSURVEYED if unsurveyed else None}
 
 
 def is_robot(folder: Path) -> bool:
@@ -189,13 +195,20 @@ def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
     """What the estimators believe of a recorded robot: the model file, else what the recording
     says.
 
-    Raises InputError for a model or a survey that cannot be understood.
+    Without a survey nothing balances the feet: each leg is estimated by itself, from its three
+    cylinders where they are recorded, else from the vertical one. Raises InputError for a model or
+    a survey that cannot be understood.
     """
+    from testbed.recording.robot_columns import OF_JOINTS
     from testbed.world.believed_robot import believed_robot
 
     believed = believed_robot(run.machine, model, tolerances_of(run))
     belief = believed.legs(float(np.median(np.diff(run.data["t"]))))
-    return with_body(belief, believed, run.header.surveyed, run.file)
+    if run.header.surveyed is not None:
+        return with_body(belief, believed, run.header.surveyed, run.file)
+    if all(name in run.data for name in OF_JOINTS):
+        return _with_unsurveyed_body(belief, believed)
+    return belief
 
 
 def tolerances_of(run: RobotRecording) -> str | None:
@@ -218,21 +231,31 @@ def tolerances_of(run: RobotRecording) -> str | None:
 
 
 def with_body(belief: Believed, believed: BelievedRobot, surveyed: object, file: Path) -> Believed:
-    """`belief` with the whole machine as `surveyed` before the run; without a survey each leg stays
-    by itself.
+    """`belief` with the whole machine as `surveyed` before the run.
 
     Raises InputError where the survey cannot be understood.
     """
     from testbed.robot.model import Payload, RobotModel
 
-    if surveyed is None:
-        return belief
     survey = survey_of(surveyed, file)
     store, mass_kg = believed.machine.rod_store_body, survey.payload_kg
     payload = Payload(mass_kg, store.position_m) if mass_kg > 0.0 else None
     with believed.bodies() as urdf:
         model = RobotModel(urdf, payload, survey.rope_height_m)
         return believed.with_body(belief, model, survey.ropes_in_world)
+
+
+def _with_unsurveyed_body(belief: Believed, believed: BelievedRobot) -> Believed:
+    """`belief` with the machine's legs as they hang on its body, whose weight and ropes nobody
+    knows.
+    """
+    from testbed.estimation.live.body_belief import OwnTuning, unsurveyed
+    from testbed.robot.model import RobotModel
+
+    nowhere = np.zeros((len(SIDES), 3))
+    with believed.bodies() as urdf:
+        model = RobotModel(urdf)
+        return believed.with_body(belief, model, nowhere, unsurveyed(OwnTuning()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,8 +279,11 @@ def survey_of(surveyed: object, file: Path) -> Survey:
     """What a recording's header says of the survey; one without `rope_attachment_height_m` has the
     URDF's.
 
-    Raises InputError where the survey cannot be understood.
+    Raises InputError where there is none, or one that cannot be understood.
     """
+    allowed = "rope_directions_in_world {left, right}, payload_kg, rope_attachment_height_m"
+    if surveyed is None:
+        raise InputError("is missing", file=file, field="surveyed", allowed=allowed)
     try:
         survey: Any = surveyed
         ropes = np.array(
@@ -270,5 +296,5 @@ def survey_of(surveyed: object, file: Path) -> Survey:
             "cannot be understood",
             file=file,
             field="surveyed",
-            allowed="rope_directions_in_world {left, right}, payload_kg, rope_attachment_height_m",
+            allowed=allowed,
         ) from error

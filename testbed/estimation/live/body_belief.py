@@ -298,3 +298,11 @@ def without(tuning: OwnTuning, *ideas: str) -> OwnTuning:
     """The tuning with some ideas switched off (`rich`, `swing`, `balance`, `shakes`)."""
     values = {field.name: getattr(tuning, field.name) for field in fields(tuning)}
     return OwnTuning(**(values | dict.fromkeys(ideas, False)))
+
+
+def unsurveyed(tuning: OwnTuning) -> OwnTuning:
+    """The same where nobody surveyed ropes and load: nothing balances the feet, so nothing narrows
+    what friction hides. At rest it is anywhere in its set, and all of that is told.
+    """
+    alone = without(tuning, "balance", "weighs")
+    return replace(alone, rest_share=EVEN, fresh_more=0.0, told_share=1.0, stuck_told=0.6)

@@ -56,6 +56,7 @@ from testbed.estimation.live.body_records import BodyBelief, BodyState
 from testbed.estimation.live.contact import limits_at
 from testbed.estimation.live.whole_body import step_body
 from testbed.formats.arrays import Array
+from testbed.formats.intervals import Z90
 from testbed.formats.records import Record, from_columns, part, quantity
 from testbed.machine.names import LEGS, VERTICAL
 from testbed.recording.rows import DataRow
@@ -164,13 +165,17 @@ def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
     of_rod = arm**2 * rod_variance(high - low, v, thinning, c, belief)
     inertia = (mine.mass * belief.acceleration_sd) ** 2
     sd = math.sqrt(of_rod + inertia + state.own.estimate.variance)
-    tell_own(row, leg, own, (balance - arm * high, balance - arm * low, sd))
+    least = min(balance - arm * high, own - Z90 * sd)
+    most = max(balance - arm * low, own + Z90 * sd)
+    tell_own(row, leg, own, (least, most, sd))
 
 
 @njit
 def tell_own(row: Any, leg: int, load: float, interval: tuple[float, float, float]) -> None:
     """Write one vertical cylinder's own estimate, N, into the row; `interval`: low, high, standard
     deviation.
+
+    The interval holds both the set of what friction may hide and the estimate with its spread.
     """
     low, high, sd = interval
     row.estimate.own[leg] = row.own.z[leg] = load
