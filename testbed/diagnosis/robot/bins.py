@@ -101,6 +101,21 @@ class Frame:
         low, high = np.maximum(edges - half, 0), np.minimum(edges + half, self.samples)
         return np.asarray((sums[high] - sums[low]) / (high - low))
 
+    def takes_for_slow(self, rate_hz: float) -> bool:
+        """Whether samples come so rarely that what swings at this rate looks slow."""
+        return 2.0 * rate_hz * self.period_s > 1.0
+
+    def noise_at_edges(self, values: Array) -> float:
+        """Standard deviation of `at_edges` by what comes and goes from sample to sample: by how
+        much the means of every other sample differ from those of the rest.
+        """
+        half = max(round(0.5 * EDGE_S / self.period_s), 1)
+        edges = self.first + self.width * np.arange(self.count + 1)
+        edges = edges[(edges >= half) & (edges + half <= self.samples)]
+        around = values[edges[:, None] + np.arange(-half, half)]
+        apart = around[:, ::2].mean(axis=1) - around[:, 1::2].mean(axis=1)
+        return float(0.5 * np.sqrt(np.mean(apart**2)))
+
 
 def _direction(speed: Array, times: float) -> Array:
     """Sense of sliding, -1 to 1, of pistons at these speeds (m/s) on a machine whose speeds are so

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import Bins, Frame
 from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.flicker import flicker_pa, of_shared_edges
 from testbed.diagnosis.robot.places import play, played, rounded, rounding, swept
 from testbed.diagnosis.robot.rig import through_amplifier
 from testbed.diagnosis.robot.tolerances import LATE_S, middle, standard_deviation
@@ -130,6 +131,10 @@ class Oil:
     """By a sensor that reads 1 s late, were pressures to go on as they do."""
     by_edge_leak: Array
     """(n, 2, 2) by 1 m3/(s Pa) of the edge from the supply and of that to the tank."""
+    flickers: Array
+    """(n, 2) standard deviation by what the pressures at a bin's edges have of ripple and noise:
+    little where samples come often.
+    """
 
 
 def oil_of(data: Mapping[str, Array], bins: Bins, frame: Frame, robot: Robot) -> tuple[Oil, ...]:
@@ -149,7 +154,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     place, lagging = placed(_expected(axis.valve)), placed(_expected(axis.valve, HYSTERESIS_SDS))
     samples = [np.asarray(data[f"pressure_{c}_{AXES[i]}"], dtype=float) for c in "ab"]
     supply = np.asarray(data["supply_pressure"], dtype=float)
-    tank = machine.power_unit.tank_pressure_pa
+    tank, bin_s = machine.power_unit.tank_pressure_pa, frame.width * frame.period_s
 
     def of_samples(at: Array, wider: float, more_pa: float) -> list[tuple[Array, Array]]:
         overlap = axis.valve.deadband + wider
@@ -179,7 +184,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     rise = np.column_stack([bins.pressure_a_rate[:, i], bins.pressure_b_rate[:, i]])
     squeezed = volume * rise
     free = np.column_stack([free_share(frame.at_edges(one).clip(0.0)) for one in samples])
-    by_air = -volume * np.diff(free, axis=0) / (frame.width * frame.period_s)
+    by_air = -volume * np.diff(free, axis=0) / bin_s
     swept = bins.speed_m_s[:, i, None] * np.array([areas[0], -areas[1]])
     leaking = np.exp(axis.seal.viscosity_rate_1_k * (bins.oil_degc - oil.declared_at_degc))
     across = (leaking * (p[:, 0] - p[:, 1]))[:, None] * np.array([-1.0, 1.0])
@@ -192,6 +197,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     missing = missing - swept - compressed - widened
     by_reading = (over[0] + over[1] - supplied - drained) / READING_STEP_PA
     quickens = np.gradient(rise, bins.time_s, axis=0)
+    takes_up = _taken_up(axis, volume, p)
     return Oil(
         pressure_pa=p,
         missing=missing,
@@ -201,7 +207,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
         by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
         by_reading=by_reading,
-        by_lateness=_taken_up(axis, volume, p) * quickens - by_reading * rise,
+        by_lateness=takes_up * quickens - by_reading * rise,
         compressed=np.abs(compressed),
         void=np.clip(1.0 - (p - VOID_PA) / FULL_PA, 0.0, 1.0),
         by_deadband=-(wider[0] + wider[1] - supplied - drained) / STEP,
@@ -215,6 +221,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_softness=squeezed,
         by_hose=_by_hoses(samples[0], frame),
         by_edge_leak=-edge,
+        flickers=takes_up * [flicker_pa(axis, one, frame) for one in samples] / bin_s,
     )
 
 
@@ -384,6 +391,7 @@ def noise_of(oil: Oil, time_s: Array, flows: float) -> Array:
     for k in range(2):
         own = slice(k * n, (k + 1) * n)
         out[own, own] += lasts * np.outer(size[:, k], size[:, k])
+        out[own, own] += of_shared_edges(oil.flickers[:, k])
     both = off.T.ravel()
     out += np.tile(lasts, (2, 2)) * np.outer(both, both)
     return np.asarray(out + swept(oil.swept_m2, rounded(oil.rounding_m, time_s)))
