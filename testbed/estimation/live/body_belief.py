@@ -30,6 +30,10 @@ EVEN = 1.0 / math.sqrt(3.0)
 """One standard deviation of what is anywhere in a set, as a share of the set's half width."""
 
 
+TUNED_AT_S = 1.0e-3
+"""What OwnTuning has by samples is for samples that are so far apart."""
+
+
 @dataclass(frozen=True)
 class OwnTuning:
     """How sure the estimator is of what, and which of its ideas are on. All numbers assumed (E) and
@@ -141,6 +145,18 @@ class OwnTuning:
                 changes[field.name] = by_unit[unit] * getattr(self, field.name)
         return replace(self, **changes)
 
+    def stepped(self, dt_s: float) -> OwnTuning:
+        """The same for samples that come every so many seconds: as quick to follow a load, by
+        larger steps where there are fewer.
+        """
+        steps = round(dt_s / TUNED_AT_S, 3)
+        return replace(
+            self,
+            every=math.ceil(self.every / steps),
+            hold_samples=max(self.hold_samples / steps, 2.0),
+            filter_q_n2=self.filter_q_n2 * steps,
+        )
+
 
 def body_of(
     machine: Machine,
@@ -160,7 +176,7 @@ def body_of(
     the workshop's tolerances. `effects`: of cylinders, believed at the axis of their place, those
     of vertical ones in `legs` already. `tuning`: as for ROBOCLIMBER.
     """
-    t = (OwnTuning() if tuning is None else tuning).scaled(machine.scale)
+    t = (OwnTuning() if tuning is None else tuning).scaled(machine.scale).stepped(dt_s)
     linkages = Linkages.from_machine(machine)
     arms = linkages.rods(linkages.limits.mean(axis=1))[1]
     out = BodyBelief.zeros()
