@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
@@ -32,6 +32,7 @@ from testbed.recording.axis_header import (
 from testbed.recording.checks import check_finite, check_pressure, check_span, check_time, in_pa
 from testbed.recording.former import UNITS, current_numbers, written_for
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
+from testbed.recording.survey import Surveyed
 
 
 class Declared(Checked):
@@ -50,8 +51,8 @@ class RobotHeader(AnyHeader):
     """the whole machine"""
     known: dict[str, Declared]
     """parameter of the machine (`testbed parameters`) -> value and unit as believed"""
-    surveyed: Any = None
-    """what was measured before the run: ropes, payload"""
+    surveyed: Surveyed | None = None
+    """what was measured before the run; null: each leg is estimated by itself"""
     scenario: str | None = None
     """the scenario that ran"""
     seed: int | None = None
@@ -158,5 +159,5 @@ def machine_of(header: RobotHeader, file: Path) -> Machine:
         if item.value != declared.value:
             changes[path] = item.value
     machine = build_machine(changes, file=file, section="known", of_set=of_set)
-    urdf = header.surveyed.get("urdf") if isinstance(header.surveyed, Mapping) else None
-    return machine.with_urdf(Path(urdf)) if isinstance(urdf, str) else machine
+    urdf = None if header.surveyed is None else header.surveyed.urdf
+    return machine if urdf is None else machine.with_urdf(Path(urdf))

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from testbed.recording.axis import Recording
     from testbed.recording.leg_model import LegModel
     from testbed.recording.robot import RobotRecording
+    from testbed.recording.survey import Surveyed
     from testbed.robot.robot import Robot
     from testbed.world.believed_robot import BelievedRobot
 
@@ -47,8 +48,8 @@ def estimate_file(
     One leg: `t`, `force_n`, `force_low_n`, `force_high_n`, one row a sample. The whole robot: `t`
     and `force_<leg>_n` with `_low` and `_high`; always causal, without `model` what the recording
     says the robot believes, and by `estimator` (a shipped one by name, or FILE.py:Class) instead of
-    the whole-body estimate. `note` says what narrows it. Raises InputError for a recording, a model or a place that cannot be
-    used; then nothing is written.
+    the whole-body estimate. `note`: what the recording lacks for a better estimate. Raises
+    InputError for a recording, a model or a place that cannot be used; then nothing is written.
     """
     from testbed.formats.table import write_columns
 
@@ -217,17 +218,8 @@ def tolerances_of(run: RobotRecording) -> str | None:
     """
     from testbed.estimation.live.uncertainty import WORKSHOP
 
-    surveyed = run.header.surveyed if isinstance(run.header.surveyed, Mapping) else {}
-    name = surveyed.get("tolerances", WORKSHOP)
-    if name not in (None, WORKSHOP):
-        raise InputError(
-            "no such tolerances",
-            file=run.file,
-            field="surveyed.tolerances",
-            value=name,
-            allowed=f"{WORKSHOP}, null",
-        )
-    return None if name is None else WORKSHOP
+    surveyed = run.header.surveyed
+    return WORKSHOP if surveyed is None else surveyed.tolerances
 
 
 def with_body(belief: Believed, believed: BelievedRobot, surveyed: object, file: Path) -> Believed:
@@ -240,6 +232,8 @@ def with_body(belief: Believed, believed: BelievedRobot, surveyed: object, file:
     survey = survey_of(surveyed, file)
     store, mass_kg = believed.machine.rod_store_body, survey.payload_kg
     payload = Payload(mass_kg, store.position_m) if mass_kg > 0.0 else None
+    if survey.ropes_sd_rad is not None:
+        believed = believed.unsure_of_ropes(survey.ropes_sd_rad)
     with believed.bodies() as urdf:
         model = RobotModel(urdf, payload, survey.rope_height_m)
         return believed.with_body(belief, model, survey.ropes_in_world)
@@ -267,6 +261,8 @@ class Survey:
     payload_kg: float
     rope_height_m: float | None
     """Where the ropes are attached, body frame, m; None: where the URDF has them."""
+    ropes_sd_rad: float | None
+    """How far the directions may be off, either way; None: by the tolerances."""
 
     def robot(self, machine: Machine) -> Robot:
         """This machine as it was loaded and roped."""
@@ -281,20 +277,25 @@ def survey_of(surveyed: object, file: Path) -> Survey:
 
     Raises InputError where there is none, or one that cannot be understood.
     """
-    allowed = "rope_directions_in_world {left, right}, payload_kg, rope_attachment_height_m"
+    found = checked_survey(surveyed, file)
+    directions = found.rope_directions_in_world
+    ropes = np.array([getattr(directions, side) for side in SIDES])
+    ropes /= np.linalg.norm(ropes, axis=1, keepdims=True)
+    height_m, sd_rad = found.rope_attachment_height_m, found.rope_directions_sd_rad
+    return Survey(ropes, found.payload_kg, height_m, sd_rad)
+
+
+def checked_survey(surveyed: object, file: Path) -> Surveyed:
+    """The header's `surveyed`, checked. Raises InputError."""
+    from testbed.formats.checked import Checked, checked
+    from testbed.recording.survey import Surveyed
+
+    class Header(Checked):
+        surveyed: Surveyed
+
+    if isinstance(surveyed, Surveyed):
+        return surveyed
     if surveyed is None:
+        allowed = ", ".join(Surveyed.model_fields)
         raise InputError("is missing", file=file, field="surveyed", allowed=allowed)
-    try:
-        survey: Any = surveyed
-        ropes = np.array(
-            [survey["rope_directions_in_world"][side] for side in SIDES], dtype=float
-        ).reshape(2, 3)
-        height = survey.get("rope_attachment_height_m")
-        return Survey(ropes, float(survey["payload_kg"]), None if height is None else float(height))
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise InputError(
-            "cannot be understood",
-            file=file,
-            field="surveyed",
-            allowed=allowed,
-        ) from error
+    return checked(Header, {"surveyed": surveyed}, file).surveyed

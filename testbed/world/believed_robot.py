@@ -74,6 +74,19 @@ class BelievedRobot:
         """
         return self.machine.replaced(self.sure.expected(self.machine))
 
+    def unsure_of_ropes(self, sd_rad: float) -> BelievedRobot:
+        """The same where the ropes' directions may be off by so much, standard deviation either
+        way.
+        """
+        ropes = RopeDirection()
+        numbers = [
+            f"{ropes.name}@{place}.{way}"
+            for place in ropes.places_on_robot
+            for way in ("azimuth", "elevation")
+        ]
+        found = {**self.sure.found, **dict.fromkeys(numbers, sd_rad)}
+        return replace(self, sure=replace(self.sure, found=found))
+
     @contextmanager
     def bodies(self) -> Iterator[Path]:
         """The believed URDF, masses included, for as long as it is read."""

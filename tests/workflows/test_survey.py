@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -13,9 +14,10 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.estimation.live.chain import replay_rows
+from testbed.estimation.live.fusion import CONSTANTS
 from testbed.formats.yaml_files import read_mapping, write_yaml
 from testbed.machine.build import build_machine
-from testbed.machine.names import JOINTS, LEGS
+from testbed.machine.names import JOINTS, LEGS, SIDES
 from testbed.recording.robot import read_robot
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.live_run import simulate
@@ -61,6 +63,37 @@ def test_a_run_on_a_wall_tells_how_high_its_ropes_are_attached() -> None:
         world.close()
     assert survey.rope_height_m == 0.28
     np.testing.assert_allclose(there[:, 2], 0.28)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"payload_kg": -1.0}, "surveyed.payload_kg = -1.0"),
+        ({"payload": 3.0}, "surveyed.payload: unknown key"),
+        (
+            {"rope_directions_in_world": ROPES | {"left": [0.6, 0.0, 1.8]}},
+            "surveyed.rope_directions_in_world.left .*is no unit vector: its length is 1.9",
+        ),
+        ({"rope_directions_sd_rad": 0.0}, "surveyed.rope_directions_sd_rad = 0.0"),
+        ({"tolerances": "none"}, "surveyed.tolerances = 'none'"),
+    ],
+)
+def test_a_survey_that_makes_no_sense_is_refused_by_field(change: Any, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        survey_of(SURVEY | change, FILE)
+
+
+def test_ropes_that_nobody_is_sure_of_are_believed_less() -> None:
+    machine = build_machine()
+    believed, found = believed_robot(machine, None), []
+    for sd_rad in (None, 0.05):
+        survey = SURVEY | {"rope_directions_sd_rad": sd_rad}
+        whole = with_body(believed.legs(1e-3), believed, survey, FILE)
+        assert whole.body is not None
+        known = dict(zip(CONSTANTS, whole.body["known"][0], strict=True))
+        ways = [f"{way}_{side}" for way in ("azimuth", "elevation") for side in SIDES]
+        found.append([float(known[way]) for way in ways])
+    assert max(found[0]) < 0.02 and found[1] == [0.05] * 4
 
 
 def test_where_nobody_surveyed_the_place_a_diagnosis_says_so() -> None:
