@@ -47,6 +47,10 @@ class Surveyed(Checked):
     """how far the directions may be off, standard deviation either way [rad]; null: by the
     tolerances. Estimates and detectors heed it
     """
+    drills: bool = True
+    """false: the drill never pushed. Of a recording without `ordered_thrust` nobody else knows, and
+    its feet are not balanced
+    """
     urdf: str | None = None
     """URDF of the machine; null: the shipped one"""
     tolerances: Literal["workshop"] | None = "workshop"

@@ -22,16 +22,19 @@ if TYPE_CHECKING:
     from testbed.machine.model import Machine
     from testbed.recording.axis import Recording
     from testbed.recording.leg_model import LegModel
-    from testbed.recording.robot import RobotRecording
+    from testbed.recording.robot import RobotHeader, RobotRecording
     from testbed.recording.survey import Surveyed
     from testbed.robot.robot import Robot
     from testbed.world.believed_robot import BelievedRobot
 
 SHIPPED = "own"
 """The estimate of a robot's feet that is written unless another is named."""
-UNSURVEYED = (
-    "recording.yaml has no surveyed (rope_directions_in_world, payload_kg): each leg is estimated "
-    "by itself, with wider intervals"
+DRILLS = (None, "drill", "drill_hole")
+"""Tasks of a recording in which the drill may push."""
+BY_ITSELF = "each leg is estimated by itself, with wider intervals"
+UNSURVEYED = f"no surveyed (rope_directions_in_world, payload_kg): {BY_ITSELF}"
+UNKNOWN_THRUST = (
+    f"no ordered_thrust, and surveyed does not say that nobody drills (drills: false): {BY_ITSELF}"
 )
 
 
@@ -52,6 +55,7 @@ def estimate_file(
     InputError for a recording, a model or a place that cannot be used; then nothing is written.
     """
     from testbed.formats.table import write_columns
+    from testbed.recording.robot import read_robot_header
 
     folder = Path(recording)
     folder = folder.parent if folder.name == "recording.yaml" else folder
@@ -70,9 +74,13 @@ def estimate_file(
     else:
         columns = _of_leg(folder, model, causal)
     write_columns(out, columns)
-    done = {"rows": len(columns["t"]), "columns": list(columns), "out": str(out)}
-    unsurveyed = is_robot(folder) and header_of(folder).get("surveyed") is None
-    return done | {"note": UNSURVEYED if unsurveyed else None}
+    lacks = lacks_of(read_robot_header(folder / "recording.yaml")) if is_robot(folder) else None
+    return {
+        "rows": len(columns["t"]),
+        "columns": list(columns),
+        "out": str(out),
+        "note": None if lacks is None else f"{folder / 'recording.yaml'}: {lacks}",
+    }
 
 
 def is_robot(folder: Path) -> bool:
@@ -196,8 +204,9 @@ def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
     """What the estimators believe of a recorded robot: the model file, else what the recording
     says.
 
-    Without a survey nothing balances the feet: each leg is estimated by itself, from its three
-    cylinders where they are recorded, else from the vertical one. Raises InputError for a model or
+    Where nobody knows what holds the body (`lacks_of`) nothing balances the feet: each leg is
+    estimated by itself, from its three cylinders where they are recorded, else from the vertical
+    one. Raises InputError for a model or
     a survey that cannot be understood.
     """
     from testbed.recording.robot_columns import OF_JOINTS
@@ -205,11 +214,21 @@ def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
 
     believed = believed_robot(run.machine, model, tolerances_of(run))
     belief = believed.legs(float(np.median(np.diff(run.data["t"]))))
-    if run.header.surveyed is not None:
+    if lacks_of(run.header) is None:
         return with_body(belief, believed, run.header.surveyed, run.file)
     if all(name in run.data for name in OF_JOINTS):
         return _with_unsurveyed_body(belief, believed)
     return belief
+
+
+def lacks_of(header: RobotHeader) -> str | None:
+    """Why a recorded robot's feet cannot be balanced against what holds its body; None: they
+    can.
+    """
+    if header.surveyed is None:
+        return UNSURVEYED
+    may_drill = header.surveyed.drills and header.task in DRILLS
+    return UNKNOWN_THRUST if may_drill and "ordered_thrust" not in header.channels else None
 
 
 def tolerances_of(run: RobotRecording) -> str | None:

@@ -18,11 +18,12 @@ from testbed.estimation.live.fusion import CONSTANTS
 from testbed.formats.yaml_files import read_mapping, write_yaml
 from testbed.machine.build import build_machine
 from testbed.machine.names import JOINTS, LEGS, SIDES
-from testbed.recording.robot import read_robot
+from testbed.recording.robot import read_robot, read_robot_header
+from testbed.recording.robot_columns import OF_BODY, described
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.live_run import simulate
 from testbed.simulation.runs import read_run
-from testbed.workflows.estimate import estimate_file, robot_belief, survey_of, with_body
+from testbed.workflows.estimate import estimate_file, lacks_of, robot_belief, survey_of, with_body
 from testbed.world.believed_robot import believed_robot
 from testbed.world.simulation import Simulation
 from testbed.world.summary import surveyed
@@ -94,6 +95,37 @@ def test_ropes_that_nobody_is_sure_of_are_believed_less() -> None:
         ways = [f"{way}_{side}" for way in ("azimuth", "elevation") for side in SIDES]
         found.append([float(known[way]) for way in ways])
     assert max(found[0]) < 0.02 and found[1] == [0.05] * 4
+
+
+@pytest.mark.parametrize(
+    ("task", "drills", "told", "balanced"),
+    [
+        ("drill", True, True, True),
+        ("drill", True, False, False),
+        (None, True, False, False),
+        (None, False, False, True),
+        ("crawl", True, False, True),
+    ],
+)
+def test_feet_are_balanced_where_the_drills_thrust_is_known_or_none(
+    task: str | None, drills: bool, told: bool, balanced: bool, tmp_path: Path
+) -> None:
+    names = [*OF_BODY, *(("ordered_thrust",) if told else ())]
+    channels = {name: {"column": name, "unit": described(name)[0]} for name in names}  # type: ignore[index]
+    head = {
+        "format": "roboclimber-recording/1",
+        "rig": "robot",
+        "data": "data.parquet",
+        "sample_rate_hz": 1000,
+        "task": task,
+        "channels": channels,
+        "known": {},
+        "surveyed": SURVEY | {"drills": drills},
+    }
+    write_yaml(tmp_path / "recording.yaml", head)
+    lacks = lacks_of(read_robot_header(tmp_path / "recording.yaml"))
+    assert (lacks is None) == balanced
+    assert balanced or "ordered_thrust" in str(lacks)
 
 
 def test_where_nobody_surveyed_the_place_a_diagnosis_says_so() -> None:
