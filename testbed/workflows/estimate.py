@@ -19,6 +19,7 @@ from testbed.machine.names import LEGS, SIDES
 
 if TYPE_CHECKING:
     from testbed.estimation.live.believed import Believed
+    from testbed.estimation.live.body_belief import OwnTuning
     from testbed.machine.model import Machine
     from testbed.recording.axis import Recording
     from testbed.recording.leg_model import LegModel
@@ -209,13 +210,16 @@ def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
     one. Raises InputError for a model or
     a survey that cannot be understood.
     """
+    from testbed.estimation.live.body_belief import OwnTuning, unfelt
     from testbed.recording.robot_columns import OF_JOINTS
     from testbed.world.believed_robot import believed_robot
 
     believed = believed_robot(run.machine, model, tolerances_of(run))
     belief = believed.legs(float(np.median(np.diff(run.data["t"]))))
     if lacks_of(run.header) is None:
-        return with_body(belief, believed, run.header.surveyed, run.file)
+        felt = "specific_force_x" in run.data
+        tuning = OwnTuning() if felt else unfelt(OwnTuning())
+        return with_body(belief, believed, run.header.surveyed, run.file, tuning)
     if all(name in run.data for name in OF_JOINTS):
         return _with_unsurveyed_body(belief, believed)
     return belief
@@ -241,8 +245,15 @@ def tolerances_of(run: RobotRecording) -> str | None:
     return WORKSHOP if surveyed is None else surveyed.tolerances
 
 
-def with_body(belief: Believed, believed: BelievedRobot, surveyed: object, file: Path) -> Believed:
-    """`belief` with the whole machine as `surveyed` before the run.
+def with_body(
+    belief: Believed,
+    believed: BelievedRobot,
+    surveyed: object,
+    file: Path,
+    tuning: OwnTuning | None = None,
+) -> Believed:
+    """`belief` with the whole machine as `surveyed` before the run; `tuning`: None is the shipped
+    one.
 
     Raises InputError where the survey cannot be understood.
     """
@@ -255,7 +266,7 @@ def with_body(belief: Believed, believed: BelievedRobot, surveyed: object, file:
         believed = believed.unsure_of_ropes(survey.ropes_sd_rad)
     with believed.bodies() as urdf:
         model = RobotModel(urdf, payload, survey.rope_height_m)
-        return believed.with_body(belief, model, survey.ropes_in_world)
+        return believed.with_body(belief, model, survey.ropes_in_world, tuning)
 
 
 def _with_unsurveyed_body(belief: Believed, believed: BelievedRobot) -> Believed:

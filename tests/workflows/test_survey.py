@@ -185,3 +185,23 @@ def test_a_walking_robot_sampled_five_times_more_rarely_is_estimated_as_well(
         error = rows["estimate"]["own"] - load[::every]
         errors.append(np.sqrt(np.mean(error[rare.data["t"] > 1.0] ** 2)))
     assert errors[1] < 1.1 * errors[0]
+
+
+@pytest.mark.slow
+def test_a_drilling_robot_whose_acceleration_nobody_felt_has_wider_intervals(
+    tmp_path: Path,
+) -> None:
+    drawn = ("machine.draw=workshop", "machine.seed=12010")
+    with simulate(load_scenario("drill_slope_45", drawn, 12010, 12.0), tmp_path / "run") as run:
+        run.step(12_000)
+        load = run.truth["foot_load"]
+    recorded, widths, held = read_robot(tmp_path / "run"), [], []
+    for left_out in ("no column", "specific_force"):
+        data = {k: v for k, v in recorded.data.items() if not k.startswith(left_out)}
+        part = replace(recorded, data=data)
+        rows = replay_rows(part.data, robot_belief(part, None))[1000:]
+        low, high = rows["estimate_own"]["low"], rows["estimate_own"]["high"]
+        widths.append(np.mean(high - low))
+        held.append(np.mean((low <= load[1000:]) & (load[1000:] <= high)))
+    assert widths[1] > 1.2 * widths[0]
+    assert min(held) > 0.8

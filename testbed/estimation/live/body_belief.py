@@ -322,3 +322,10 @@ def unsurveyed(tuning: OwnTuning) -> OwnTuning:
     """
     alone = without(tuning, "balance", "weighs")
     return replace(alone, rest_share=EVEN, fresh_more=0.0, told_share=1.0, stuck_told=0.6)
+
+
+def unfelt(tuning: OwnTuning) -> OwnTuning:
+    """The same where no inertial unit felt the body's acceleration: fast changes of the loads, of
+    blows above all, are not followed, and what the filter does not know of is told.
+    """
+    return replace(without(tuning, "shakes"), told_share=1.0)
