@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 
 from testbed.diagnosis.leg import bench_probabilities as bench
 from testbed.diagnosis.leg.alike import alike
+from testbed.diagnosis.leg.costs import dearest
 from testbed.diagnosis.leg.entries import at_bounds
 from testbed.diagnosis.leg.probabilities import calibration, distribution
 from testbed.diagnosis.leg.proof import Proof, trial, worse_than
@@ -60,9 +61,9 @@ class Verdict:
 def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     """The distribution over sets and the verdict on a leg with declared sensors and valve.
 
-    A name whose interval contains zero, that a resampled rig would not name, or with which the
-    foot's force is predicted worse than by the `identified` model, hands its probability to the
-    sets without it. Blocks are drawn anew within
+    A name whose interval contains zero, that a resampled rig would not name, that explains at the
+    cost of another recording, or with which the foot's force is predicted worse than by the
+    `identified` model, hands its probability to the sets without it. Blocks are drawn anew within
     their recordings: each of a leg's is a motion of its own kind.
     """
     weights = doubted(state.tried, distribution(signs(state, found), calibration()))
@@ -70,6 +71,8 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     while verdict.kind == "effect":
         names = verdict.chosen.names
         failed = [name for name in names if trial(state, verdict.chosen, name, won).failed]
+        if not failed and (dear := dearest(state, verdict.chosen, names)) is not None:
+            failed = [dear]
         if not failed and worse_than(state, verdict.chosen, identified):
             failed = list(names)
         if not failed:
