@@ -102,7 +102,7 @@ def second_signs(signs: Signs) -> dict[str, float]:
         "fall": _log(second.fall, 1e-3),
         "carried": _size(second.carried),
         "first": _log(first.gain, 0.5),
-        "left": _log(max(second.force, second.flow), 1.0),
+        "left": _log(max(second.force, second.flow, second.pressed), 1.0),
         "worst": _log(1.0 + min(second.worst, 2.0), 1.0),
         "alone": _alone(signs),
     }
