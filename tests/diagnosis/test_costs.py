@@ -18,7 +18,9 @@ from testbed.diagnosis.leg.probabilities import (
     calibration,
     distribution,
 )
+from testbed.diagnosis.leg.search import LEAST_GAIN
 from testbed.diagnosis.leg.signs import SetSigns, Signs, by_contact
+from testbed.diagnosis.leg.verdict import handed_on
 
 AIR, PRESS, REST = ("force", "sine"), ("flow_a", "press"), ("flow_a_rest", "press")
 SOUND = SetSigns((), 0.0, 0.0, 0.0, 0.0, 0.0, 1.2, 1.2)
@@ -59,6 +61,21 @@ class Tried:
     names: tuple[str, ...]
     evidence: Evidence
     tried: dict[frozenset[str], Any] = field(default_factory=dict)
+    gained: float = 100.0
+
+    @property
+    def refit(self) -> Tried:
+        """The set without a name."""
+        found: Tried = self.tried[frozenset()]
+        return found
+
+    def gain(self, candidate: Tried) -> float:
+        """What a set gained, as it says."""
+        return candidate.gained
+
+    def fall(self, candidate: Tried, other: Tried) -> float:
+        """The largest fall of a group's noise."""
+        return candidate.evidence.largest_fall(other.evidence)
 
 
 def test_of_two_dear_names_the_dearer_is_taken_out_first_and_the_right_one_stays() -> None:
@@ -105,3 +122,23 @@ def test_a_press_that_leaves_far_more_than_landings_do_has_no_name() -> None:
         for pressed in (7.0, 10.0, 20.0, 60.0)
     ]
     assert np.all(np.diff(shares) > 0.0) and shares[-1] > 0.9
+
+
+@pytest.mark.parametrize(("gained", "heir"), [(100.0, ("a",)), (LEAST_GAIN, ())])
+def test_a_refused_name_leaves_its_share_to_what_improves_without_it_or_else_to_none(
+    gained: float, heir: tuple[str, ...]
+) -> None:
+    """A name that only helps beside a refused one is no heir of the two."""
+    sets = {(): 10.0, ("a",): 8.0, ("b",): 8.0, ("a", "b"): 3.0}
+    tried = {
+        frozenset(names): Tried(names, evidence(air=air, press=1.0), gained=100.0)
+        for names, air in sets.items()
+    }
+    tried[frozenset(("a",))].gained = gained
+    state: Any = Tried((), evidence(air=10.0, press=1.0), tried)
+    weights = {("a", "b"): 0.8, ("b",): 0.1, ("unnamed",): 0.06, (): 0.04}
+    found = handed_on(state, weights, frozenset(("b",)))
+    assert sum(found.values()) == pytest.approx(1.0)
+    assert found[("unnamed",)] == pytest.approx(0.06) and ("a", "b") not in found
+    assert max(found, key=lambda names: found[names]) == heir
+    assert found[()] == pytest.approx(0.14 if heir else 0.94)

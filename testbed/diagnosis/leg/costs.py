@@ -12,7 +12,7 @@ from testbed.diagnosis.leg.evidence import Evidence
 from testbed.diagnosis.leg.proof import without
 from testbed.diagnosis.leg.search import Candidate, Search
 
-COSTLY, SHARE = 0.05, 0.2
+COSTLY, SHARE = 0.03, 0.2
 """Growth of a group's noise that is none by chance, as a share, and what share of the largest fall
 of a group, in logarithms, it may be: a filter that undoes a slow line raises the noise of slow
 motions and asks 0.12, names that were not there asked 0.26 and more (E, 10 sound legs and 14 with
