@@ -68,9 +68,9 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     end at their bounds are doubted, and again after: what a refused name was given speaks for no
     law without a name.
     """
-    won = wins(state, recordings_too=False)
+    won, searched = wins(state, recordings_too=False), dict(state.tried)  # trials fit others too
     believed = _tried(state, distribution(signs(state, found), calibration()), won, identified)
-    weights = _tried(state, doubted(state.tried, believed), won, identified)
+    weights = _tried(state, doubted(searched, believed), won, identified)
     verdict = verdict_of(state, weights)
     if verdict.kind != "effect":
         return verdict
