@@ -41,7 +41,7 @@ SLIGHT = 0.02
 LEAST = 1e-3
 """Probability that counts for a set that was never tried."""
 START = {
-    "left": {"one": -1.791, "force": 4.627, "flow": 4.948, "gain": -0.5859},
+    "left": {"one": -1.791, "force": 4.627, "flow": 4.948, "pressed": 4.627, "gain": -0.5859},
     "generic": {"one": -4.4, "gain": 0.415, "share": 0.922, "fall": 0.08916, "alone": 1.197},
     "flow_terms": {"one": -3.739, "gain": 2.046, "fall": 1.722, "share": 0.9052},
     "presence": {"one": -7.823, "gain": 2.794, "fall": 2.017, "carried": 0.4325},

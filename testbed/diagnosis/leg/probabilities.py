@@ -102,7 +102,7 @@ def second_signs(signs: Signs) -> dict[str, float]:
         "fall": _log(second.fall, 1e-3),
         "carried": _size(second.carried),
         "first": _log(first.gain, 0.5),
-        "left": _log(max(second.force, second.flow), 1.0),
+        "left": _log(max(second.force, second.flow, second.pressed), 1.0),
         "worst": _log(1.0 + min(second.worst, 2.0), 1.0),
         "alone": _alone(signs),
     }
@@ -119,20 +119,25 @@ def _alone(signs: Signs) -> float:
     return 1.0 - max(more[1] if len(more) > 1 else 0.0, 0.0) / more[0]
 
 
-FORCE_LEFT, FLOW_LEFT = (2.5, 0.05), (2.0, 0.03)
+FORCE_LEFT, FLOW_LEFT, PRESSED_LEFT = (2.5, 0.05), (2.0, 0.03), (7.0, 0.05)
 """Noise over the sensors' floor that a sound leg may leave, as its friction and its valve are never
 quite the formulas; and the share of what there was that a named effect of another form may leave on
-top."""
+top. On the load cell a sound leg leaves up to seven times the floor, of force and flow alike: it
+lands, and sticks and slips within one count of the encoder, faster than any channel is smoothed
+(E)."""
 
 
 def left_signs(signs: Signs) -> dict[str, float]:
     """What tells that no name covers what is there: more is left than the form of a law explains.
 
-    A name that gained much is forgiven more.
+    A name that gained much is forgiven more. What is left on the load cell is judged by a floor of
+    its own, PRESSED_LEFT.
     """
     best = signs.best
+    pressed = PRESSED_LEFT[0] + PRESSED_LEFT[1] * signs.refit.pressed
     return {
         "one": 1.0,
+        "pressed": _log(best.pressed / pressed, 1.0),
         "force": _log(best.force / (FORCE_LEFT[0] + FORCE_LEFT[1] * signs.refit.force), 1.0),
         "flow": _log(best.flow / (FLOW_LEFT[0] + FLOW_LEFT[1] * signs.refit.flow), 1.0),
         "gain": _log(best.gain, 6.0),

@@ -4,12 +4,13 @@ carries over.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Set
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from testbed.diagnosis.leg.evidence import Evidence, of_residual
+from testbed.diagnosis.leg.evidence import Evidence, Key, of_residual
 from testbed.diagnosis.leg.prediction import held_out
 from testbed.diagnosis.leg.search import LEAST_FALL, LEAST_GAIN, Candidate, Search
 from testbed.diagnosis.leg.unexplained import Unexplained
@@ -25,7 +26,8 @@ class SetSigns:
     each recording is predicted from the others; `worst`: relative growth of the noise of the
     recording that suffers most then.
     `force`, `flow`: largest noise over the floor of the sensors that the set leaves in a group of
-    that kind. `uneven`: how far the valve's metering edges differ, see Edges.unevenness.
+    that kind in the air; `pressed`: in one of either kind on the load cell. `uneven`: how far the
+    valve's metering edges differ, see Edges.unevenness.
     """
 
     names: tuple[str, ...]
@@ -37,6 +39,7 @@ class SetSigns:
     force: float
     flow: float
     uneven: float = 0.0
+    pressed: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -127,6 +130,7 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
         for name, floor in floors.items()
         if name in candidate.evidence.scale
     }
+    in_air, pressed = by_contact(excess, {one.name for one in state.problem.series if one.free})
     return SetSigns(
         names=candidate.names,
         gain=state.gain(candidate),
@@ -134,10 +138,23 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
         fall=state.fall(candidate, before),
         carried=carried,
         worst=worst,
-        force=max((value for name, value in excess.items() if name[0] == "force"), default=1.0),
-        flow=max((value for name, value in excess.items() if name[0] != "force"), default=1.0),
+        force=max((value for name, value in in_air.items() if name[0] == "force"), default=1.0),
+        flow=max((value for name, value in in_air.items() if name[0] != "force"), default=1.0),
         uneven=candidate.fit.at.edges.unevenness(),
+        pressed=max(pressed.values(), default=1.0),
     )
+
+
+def by_contact(
+    excess: Mapping[Key, float], free: Set[str]
+) -> tuple[dict[Key, float], dict[Key, float]]:
+    """(what is left in the air, what is left on the load cell); a rig that never moves in the air
+    has nothing better than its presses. `free`: the recordings in the air.
+    """
+    in_air = {key: value for key, value in excess.items() if key[1] in free}
+    if not in_air:
+        return dict(excess), {}
+    return in_air, {key: value for key, value in excess.items() if key not in in_air}
 
 
 def _effects_floor_n(candidate: Candidate, found: Unexplained) -> float:

@@ -17,11 +17,12 @@ from dataclasses import dataclass, field, replace
 
 from testbed.diagnosis.leg import bench_probabilities as bench
 from testbed.diagnosis.leg.alike import alike
+from testbed.diagnosis.leg.costs import dearest
 from testbed.diagnosis.leg.entries import at_bounds
 from testbed.diagnosis.leg.probabilities import calibration, distribution
 from testbed.diagnosis.leg.proof import Proof, trial, worse_than
 from testbed.diagnosis.leg.resampled import Names, wins
-from testbed.diagnosis.leg.search import Candidate, Search
+from testbed.diagnosis.leg.search import LEAST_FALL, LEAST_GAIN, Candidate, Search
 from testbed.diagnosis.leg.signs import signs
 from testbed.diagnosis.leg.unexplained import Unexplained
 from testbed.effects import by_name
@@ -60,38 +61,78 @@ class Verdict:
 def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     """The distribution over sets and the verdict on a leg with declared sensors and valve.
 
-    A name whose interval contains zero, that a resampled rig would not name, or with which the
-    foot's force is predicted worse than by the `identified` model, hands its probability to the
-    sets without it. Blocks are drawn anew within
-    their recordings: each of a leg's is a motion of its own kind.
+    A name whose interval contains zero, that a resampled rig would not name, that explains at the
+    cost of another recording, or with which the foot's force is predicted worse than by the
+    `identified` model, hands its probability to the sets without it. Blocks are drawn anew within
+    their recordings: each of a leg's is a motion of its own kind. Names are tried before those that
+    end at their bounds are doubted, and again after: what a refused name was given speaks for no
+    law without a name.
     """
-    weights = doubted(state.tried, distribution(signs(state, found), calibration()))
-    verdict, won = verdict_of(state, weights), wins(state, recordings_too=False)
+    won, searched = wins(state, recordings_too=False), dict(state.tried)  # trials fit others too
+    believed = _tried(state, distribution(signs(state, found), calibration()), won, identified)
+    weights = _tried(state, doubted(searched, believed), won, identified)
+    verdict = verdict_of(state, weights)
+    if verdict.kind != "effect":
+        return verdict
+    return replace(verdict, ambiguous=_with_alike(state, verdict))
+
+
+def _tried(
+    state: Search,
+    weights: Mapping[tuple[str, ...], float],
+    won: Mapping[Names, float],
+    identified: LegModel,
+) -> Mapping[tuple[str, ...], float]:
+    """The weights once the names of the likeliest set have passed their trials."""
+    verdict = verdict_of(state, weights)
     while verdict.kind == "effect":
-        names = verdict.chosen.names
-        failed = [name for name in names if trial(state, verdict.chosen, name, won).failed]
-        if not failed and worse_than(state, verdict.chosen, identified):
-            failed = list(names)
+        failed = _failed(state, verdict.chosen, won, identified)
         if not failed:
-            return replace(verdict, ambiguous=_with_alike(state, verdict))
-        weights = _without(state, weights, frozenset(failed))
+            break
+        weights = handed_on(state, weights, frozenset(failed))
         verdict = verdict_of(state, weights)
-    return verdict
+    return weights
 
 
-def _without(
+def _failed(
+    state: Search, chosen: Candidate, won: Mapping[Names, float], identified: LegModel
+) -> list[str]:
+    """The names of a set that fail a trial; where each passes its own, the dearest, or all where
+    the set as a whole is worse than no name.
+    """
+    failed = [name for name in chosen.names if trial(state, chosen, name, won).failed]
+    if failed:
+        return failed
+    if (dear := dearest(state, chosen, chosen.names)) is not None:
+        return [dear]
+    return list(chosen.names) if worse_than(state, chosen, identified) else []
+
+
+def handed_on(
     state: Search, weights: Mapping[tuple[str, ...], float], failed: Names
 ) -> dict[tuple[str, ...], float]:
     """The weights with those of sets that hold a failed name given to the sets without it, where
-    those were tried, or else to none.
+    those were tried and improve on none, or else to none.
     """
     out: dict[tuple[str, ...], float] = {}
     for names, weight in weights.items():
         left = tuple(name for name in names if name not in failed)
-        if left != ("unnamed",) and frozenset(left) not in state.tried:
+        if left != names and not _improves(state, left):
             left = ()
         out[left] = out.get(left, 0.0) + weight
     return out
+
+
+def _improves(state: Search, names: tuple[str, ...]) -> bool:
+    """Whether a set of names alone gains what the search asks for: some names only help beside
+    another.
+    """
+    found = state.tried.get(frozenset(names))
+    return (
+        found is not None
+        and state.gain(found) > LEAST_GAIN
+        and state.fall(found, state.refit) > LEAST_FALL
+    )
 
 
 def doubted(
