@@ -16,7 +16,8 @@ COSTLY, SHARE = 0.03, 0.2
 """Growth of a group's noise that is none by chance, as a share, and what share of the largest fall
 of a group, in logarithms, it may be: a filter that undoes a slow line raises the noise of slow
 motions and asks 0.12, names that were not there asked 0.26 and more (E, 10 sound legs and 14 with
-one effect of another simulator; COSTLY went from 5 to 3 % for another sound leg, looked at later)."""
+one effect of another simulator; COSTLY went from 5 to 3 % for one more sound leg, looked at later).
+"""
 
 
 def cost(now: Evidence, before: Evidence) -> float:
