@@ -144,3 +144,12 @@ def test_a_machine_whose_ropes_lead_aside_climbs_with_the_stride_that_fits() -> 
     (climb,) = climbs(["plane 30"], 3, first=3, draw="workshop")
     outcome = climb_up(climb, way_m=0.02)
     assert outcome.verdict == "stood" and outcome.stride_share < 1.0
+
+
+@pytest.mark.slow
+def test_a_foot_that_is_held_by_a_step_of_the_rock_rises_above_it() -> None:
+    """Its leg lags at the very start of the swing, so the swing waited for it: for good."""
+    (climb,) = climbs(["rough 45"], 63, 63, draw="workshop", further=("task.gait=brisk",))
+    outcome = climb_up(climb, way_m=0.6)
+    assert outcome.way_m >= 0.6
+    assert outcome.time_s < 60.0

@@ -53,6 +53,10 @@ LAG_FREE, LAG_MOST = 0.02, 0.06
 """A swing slows down when its leg lags by the first of these, and waits for it at the second: m of
 radial joint, rad of a leg of about a metre (E).
 """
+PATIENCE_S, CREEPS = 3.0, 0.1
+"""A swing that has waited for so long goes on at this share of its speed: what holds the foot may
+be a step of the rock beside it, which it has to rise above (E).
+"""
 
 
 class CrawlGait:
@@ -80,6 +84,7 @@ class CrawlGait:
         self._phase: Phase | None = None
         self._clock = self._way_clock = 0.0
         self._seated_s = np.inf
+        self._waited_s = 0.0
         """Since a foot last began to be seated."""
         self._way = BodyWay(self._body, self._body, 1.0)
         self._wanted: Stride | None = None
@@ -188,7 +193,9 @@ class CrawlGait:
         if phase is None:
             phase = self._phase = self._next_phase()
             levelling.stand_on(self._feet)
-        self._clock += dt * (self._keeping_up(measured) if phase.doing is Activity.SWING else 1.0)
+        self._clock += dt * (
+            self._keeping_up(dt, measured) if phase.doing is Activity.SWING else 1.0
+        )
         if self._way_clock < self._way.duration_s:
             self._way_clock += dt * self._readiness(measured)
             self._body = self._way.at(self._way_clock)
@@ -241,12 +248,14 @@ class CrawlGait:
         ropes = self._ropes.readiness(self._body, measured.rope_tension, in_the_air)
         return min(ropes, max(supply, 0.0))
 
-    def _keeping_up(self, measured: Measured) -> float:
+    def _keeping_up(self, dt: float, measured: Measured) -> float:
         """0 to 1: how fast a swing may go on for its leg's sake."""
         assert self._phase is not None
         across = slice(ROTATION[self._phase.leg], VERTICAL[self._phase.leg])
         lag = float(np.abs(self._joints[across] - measured.position[across]).max())
-        return min(max((LAG_MOST - lag) / (LAG_MOST - LAG_FREE), 0.0), 1.0)
+        share = min(max((LAG_MOST - lag) / (LAG_MOST - LAG_FREE), 0.0), 1.0)
+        self._waited_s = self._waited_s + dt if share == 0.0 else 0.0
+        return CREEPS if self._waited_s > PATIENCE_S else share
 
     def _is_over(self, phase: Phase, share: float, dt: float, measured: Measured) -> bool:
         """Move the phase's foot by dt s; whether the phase has done what it is there for."""
