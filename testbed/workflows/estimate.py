@@ -207,8 +207,7 @@ def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
 
     Where nobody knows what holds the body (`lacks_of`) nothing balances the feet: each leg is
     estimated by itself, from its three cylinders where they are recorded, else from the vertical
-    one. Raises InputError for a model or
-    a survey that cannot be understood.
+    one. Raises InputError for a model or a survey that cannot be understood.
     """
     from testbed.estimation.live.body_belief import OwnTuning, unfelt
     from testbed.recording.robot_columns import OF_JOINTS

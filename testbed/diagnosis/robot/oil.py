@@ -172,20 +172,14 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     late = through(0.0, 0.0, at=lagging)
     over = through(0.0, 0.0, READING_STEP_PA)
     low, high = (through(0.0, 0.0, way * PRESSURE_OFF_PA) for way in (-1.0, 1.0))
-    c, oil = axis.cylinder, axis.oil
-    stroke = robot.linkages.stroke_m[i]
-    whole = 0.25 * np.pi * c.bore_m**2
-    areas = (whole, whole - 0.25 * np.pi * c.rod_m**2)
-    x = bins.extension_m[:, i]
+    oil, (area_a, area_b) = axis.oil, axis.cylinder.areas_m2
+    volume = _volumes_m3(axis, bins.extension_m[:, i], robot.linkages.stroke_m[i])
     p = np.column_stack([bins.pressure_a_pa[:, i], bins.pressure_b_pa[:, i]])
-    volume = np.column_stack(
-        [c.dead_volume_a_m3 + areas[0] * x, c.dead_volume_b_m3 + areas[1] * (stroke - x)]
-    )
     rise = np.column_stack([bins.pressure_a_rate[:, i], bins.pressure_b_rate[:, i]])
     squeezed = volume * rise
     free = np.column_stack([free_share(frame.at_edges(one).clip(0.0)) for one in samples])
     by_air = -volume * np.diff(free, axis=0) / bin_s
-    swept = bins.speed_m_s[:, i, None] * np.array([areas[0], -areas[1]])
+    swept = bins.speed_m_s[:, i, None] * np.array([area_a, -area_b])
     leaking = np.exp(axis.seal.viscosity_rate_1_k * (bins.oil_degc - oil.declared_at_degc))
     across = (leaking * (p[:, 0] - p[:, 1]))[:, None] * np.array([-1.0, 1.0])
     edge = leaking[:, None, None] * np.stack([bins.supply_pa[:, None] - p, tank - p], axis=2)
@@ -215,7 +209,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_wide_deadband=-(wide[0] + wide[1] - supplied - drained) / WIDE,
         by_leak=-across,
         by_air=by_air,
-        swept_m2=np.array([areas[0], -areas[1]]),
+        swept_m2=np.array([area_a, -area_b]),
         rounding_m=rounding(bins, i, axis),
         play_m=play(bins, i, axis),
         by_softness=squeezed,
@@ -223,6 +217,13 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_edge_leak=-edge,
         flickers=takes_up * [flicker_pa(axis, one, frame) for one in samples] / bin_s,
     )
+
+
+def _volumes_m3(axis: Axis, extension_m: Array, stroke_m: float) -> Array:
+    """(n, 2) what chambers A and B hold at these extensions (n,)."""
+    c, (area_a, area_b) = axis.cylinder, axis.cylinder.areas_m2
+    a = c.dead_volume_a_m3 + area_a * extension_m
+    return np.column_stack([a, c.dead_volume_b_m3 + area_b * (stroke_m - extension_m)])
 
 
 def _past_holding(valve: Valve, edge: Array, supplied: Array, drained: Array) -> Array:
