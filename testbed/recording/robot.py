@@ -135,6 +135,17 @@ def read_robot_header(path: Path) -> RobotHeader:
             former = (UNITS[quantity],) if quantity in UNITS else ()
             check_unit(quantity, channel, (*convertible(found[0]), *volt, *former), path)
     check_present(header.channels, OF_LEGS if header.surveyed is None else OF_BODY, path)
+    if (
+        header.surveyed is not None
+        and not header.surveyed.drills
+        and "ordered_thrust" in header.channels
+    ):
+        raise InputError(
+            "would have no effect: ordered_thrust says when the drill pushes",
+            file=path,
+            field="surveyed.drills",
+            value=False,
+        )
     return header
 
 

@@ -128,6 +128,22 @@ def test_feet_are_balanced_where_the_drills_thrust_is_known_or_none(
     assert balanced or "ordered_thrust" in str(lacks)
 
 
+def test_that_nobody_drills_is_refused_beside_a_recorded_thrust(tmp_path: Path) -> None:
+    channels = {n: {"column": n, "unit": described(n)[0]} for n in (*OF_BODY, "ordered_thrust")}  # type: ignore[index]
+    head = {
+        "format": "roboclimber-recording/1",
+        "rig": "robot",
+        "data": "data.parquet",
+        "sample_rate_hz": 1000,
+        "channels": channels,
+        "known": {},
+        "surveyed": SURVEY | {"drills": False},
+    }
+    write_yaml(tmp_path / "recording.yaml", head)
+    with pytest.raises(InputError, match=r"surveyed\.drills = False: would have no effect"):
+        read_robot_header(tmp_path / "recording.yaml")
+
+
 def test_where_nobody_surveyed_the_place_a_diagnosis_says_so() -> None:
     with pytest.raises(InputError, match=r"recording.yaml: surveyed: is missing \(allowed: rope"):
         survey_of(None, FILE)
