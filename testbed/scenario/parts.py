@@ -136,7 +136,8 @@ class Robot(Checked):
     urdf: str | None = None
     """another URDF than the shipped one; relative to the scenario file"""
     vertical_m: Four = (0.25,) * 4
-    """extension of the vertical joints fl, fr, rl, rr, or one for all [m]"""
+    """extension of the vertical joints, one for all; legs on the ground then reach for it. Four of
+    their own (fl, fr, rl, rr) only with a height_offset_m, from where they come down [m]"""
     radial_m: Four = (0.2,) * 4
     """extension of the radial joints [m]"""
     rotation_deg: Four = (0.0,) * 4

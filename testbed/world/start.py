@@ -17,6 +17,7 @@ from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, VERTICAL
 from testbed.robot.loads.foot_loads import ExpectedLoads, rods_wrench
 from testbed.robot.model import RobotModel
+from testbed.scenario.parts import Robot
 from testbed.scenario.scenario import Scenario
 from testbed.world.engine import Engine
 from testbed.world.ground.footing import Footing, footing_of
@@ -218,10 +219,23 @@ def _put_down(
             lift_m = _lift_out(engine, lying, rotation, joints)
             if lift_m > 0.0:
                 return lying + lift_m * rotation[:, 2], joints, lift_m
+        _refuse_lengths_that_vanish(robot)
         _check_range(reached, model, "terrain")
         position = position - shift * rotation[:, 2]
     lift_m = _lift_out(engine, position, rotation, reached, scenario if raised else None)
     return position + lift_m * rotation[:, 2], reached, lift_m
+
+
+def _refuse_lengths_that_vanish(robot: Robot) -> None:
+    """Raise InputError where legs that reach for their ground are given lengths of their own."""
+    if len(set(robot.vertical_m)) > 1:
+        raise InputError(
+            "legs on the ground reach for it, and of lengths of their own nothing is left",
+            field="robot.vertical_m",
+            value=list(robot.vertical_m),
+            allowed="one length for all, or robot.height_offset_m above 0, from where each leg "
+            "comes down as long as it is",
+        )
 
 
 def _lift_out(

@@ -67,6 +67,21 @@ def test_an_arm_in_the_ground_is_refused_by_its_link(
     assert e.value.field == "robot.vertical_m"
 
 
+def test_lengths_of_single_legs_are_kept_where_they_come_down_and_refused_where_they_would_vanish() -> (
+    None
+):
+    """Legs that start on the ground reach for it; a longer one carries more only if put down so."""
+    longer = ["robot.vertical_m=[0.25, 0.25, 0.25, 0.2505]", "hydraulics.valves_locked=true"]
+    with pytest.raises(InputError, match=r"reach for it.*height_offset_m above 0") as e:
+        simulate(load_scenario("stand_flat", longer, duration=0.1))
+    assert e.value.field == "robot.vertical_m"
+    put_down = [*longer, "robot.height_offset_m=0.0005"]
+    with simulate(load_scenario("stand_flat", put_down, duration=1.0)) as run:
+        run.step(1000)
+        loads_n = {leg: run.truth[f"foot_load_{leg}"][-1] for leg in LEGS}
+    assert loads_n["rr"] > 1.1 * loads_n["rl"]
+
+
 def test_what_goes_down_with_a_foot_may_not_be_lower(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"link fr_vertical <collision> underside = '-0\.04 m'"):
         build_machine(urdf=_with_shape(tmp_path, "fr_vertical", -0.2))

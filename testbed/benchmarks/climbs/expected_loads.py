@@ -1,9 +1,9 @@
 """Expected foot loads against the simulated truth, in quiet stands over random postures, slopes,
 ropes and drills.
 
-A case: the robot stands on a plane, valves shut, each foot wrong in height by a normal error of
-FOOTING_SD_M; rope pulls and the drill's thrust and torque are drawn. When it has come to rest, the
-truth is read and compared with
+A case: the robot is put down on a plane, valves shut, each foot wrong in height by a normal error
+of FOOTING_SD_M; rope pulls and the drill's thrust and torque are drawn. When it has come to rest,
+the truth is read and compared with
 
 - what is expected with the feet's true heights under load and the ground's true stiffness,
 - what is expected from encoder readings, load pins, inertial unit and nominal geometry alone: its
@@ -43,6 +43,8 @@ from testbed.scenario.scenario import load_scenario
 SEED = 52_000
 FOOTING_SD_M = 3.0e-4
 """Height error of a footing (E): a plate on levelled rock; with more, feet stand in the air."""
+DROP_M = 5.0e-4
+"""Legs that start on the ground reach for it, and would make up for what their footing errs."""
 SETTLE_S, RAMP_S = 1.5, 3.0
 GONE_N = 5.0
 NEAR = 0.10
@@ -90,6 +92,7 @@ def draw(number: int) -> tuple[list[str], float, float]:
     overrides = [
         f"terrain.slope_deg={slope:.3f}",
         f"robot.vertical_m={vertical.tolist()}",
+        f"robot.height_offset_m={DROP_M}",
         f"robot.radial_m={rng.uniform(0.05, 0.35, len(LEGS)).tolist()}",
         f"robot.rotation_deg={rng.uniform(-20.0, 20.0, len(LEGS)).tolist()}",
         f"ropes.tension_n={pull.tolist()}",
