@@ -1,9 +1,9 @@
 """Expected foot loads against the simulated truth, in quiet stands over random postures, slopes,
 ropes and drills.
 
-A case: the robot is put down on a plane, valves shut, each foot wrong in height by a normal error
-of FOOTING_SD_M; rope pulls and the drill's thrust and torque are drawn. When it has come to rest,
-the truth is read and compared with
+A case: the robot is put down on a plane, valves shut, each leg longer than its encoder says by a
+normal error of FOOTING_SD_M; rope pulls and the drill's thrust and torque are drawn. When it has
+come to rest, the truth is read and compared with
 
 - what is expected with the feet's true heights under load and the ground's true stiffness,
 - what is expected from encoder readings, load pins, inertial unit and nominal geometry alone: its
@@ -33,7 +33,7 @@ from testbed.benchmarks.climbs.stands import (
 from testbed.benchmarks.harness import Answers, Benchmark, rms
 from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
-from testbed.machine.names import GRAVITY_M_S2, LEGS
+from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
 from testbed.report.page import Table
 from testbed.robot.contact.geometry import FootLoads
 from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, drill_wrench
@@ -42,7 +42,8 @@ from testbed.scenario.scenario import load_scenario
 
 SEED = 52_000
 FOOTING_SD_M = 3.0e-4
-"""Height error of a footing (E): a plate on levelled rock; with more, feet stand in the air."""
+"""Error of a foot's height, which its encoder does not see (E): its zero, or a plate on levelled
+rock; with more, feet stand in the air."""
 DROP_M = 5.0e-4
 """Legs that start on the ground reach for it, and would make up for what their footing errs."""
 SETTLE_S, RAMP_S = 1.5, 3.0
@@ -80,18 +81,31 @@ class Case:
     call_us: float
 
 
-def draw(number: int) -> tuple[list[str], float, float]:
-    """Overrides of a stand scenario, thrust N and torque N m of case `number`."""
+@dataclass(frozen=True)
+class Drawn:
+    """What a case draws: changes of a stand's scenario, how much longer each leg is than its
+    encoder says (4), and what the drill does.
+    """
+
+    overrides: list[str]
+    footing_m: Array
+    thrust_n: float
+    torque_n_m: float
+
+
+def draw(number: int) -> Drawn:
+    """What case `number` draws."""
     rng = np.random.default_rng([SEED, number])
     slope = float(rng.uniform(0.0, 80.0))
-    vertical = rng.uniform(0.15, 0.35) + rng.normal(0.0, FOOTING_SD_M, len(LEGS))
+    length_m = rng.uniform(0.15, 0.35)
+    footing_m = rng.normal(0.0, FOOTING_SD_M, len(LEGS))
     share = float(rng.uniform(0.85, 1.0)) if slope > 20.0 else float(rng.uniform(0.0, 1.0))
     along = 4000.0 * GRAVITY_M_S2 * np.sin(np.radians(slope)) * share / 2.0
     pull = along * rng.uniform(0.95, 1.05, 2)
     thrust = float(rng.uniform(0.0, 0.6)) * 4000.0 * GRAVITY_M_S2 * np.cos(np.radians(slope))
     overrides = [
         f"terrain.slope_deg={slope:.3f}",
-        f"robot.vertical_m={vertical.tolist()}",
+        f"robot.vertical_m={(length_m + footing_m).tolist()}",
         f"robot.height_offset_m={DROP_M}",
         f"robot.radial_m={rng.uniform(0.05, 0.35, len(LEGS)).tolist()}",
         f"robot.rotation_deg={rng.uniform(-20.0, 20.0, len(LEGS)).tolist()}",
@@ -99,28 +113,28 @@ def draw(number: int) -> tuple[list[str], float, float]:
         "hydraulics.valves_locked=true",
         "rates.record_hz=10",
     ]
-    return overrides, thrust, float(rng.uniform(0.0, 500.0))
+    return Drawn(overrides, footing_m, thrust, float(rng.uniform(0.0, 500.0)))
 
 
 def stand(number: int) -> Case | None:
     """One case; None where the drawn stance does not stand."""
     from testbed.world.simulation import Simulation
 
-    overrides, thrust, torque = draw(number)
+    drawn = draw(number)
     world = Simulation(
-        load_scenario("stand_slope_45", overrides, seed=number, duration=SETTLE_S + RAMP_S)
+        load_scenario("stand_slope_45", drawn.overrides, seed=number, duration=SETTLE_S + RAMP_S)
     )
     try:
         board = world.machine.board
-        board.drill.feed, board.drill.torque = thrust, torque
+        board.drill.feed, board.drill.torque = drawn.thrust_n, drawn.torque_n_m
         world.run_block(round(10 * SETTLE_S))
         if world.verdict != "stood" or np.count_nonzero(board.normal_force > GONE_N) < 3:
             return None
-        now, true = _look(world, thrust, torque), board.normal_force.copy()
+        now, true = _look(world, drawn, drawn.thrust_n), board.normal_force.copy()
         combinations = fixed_combinations(
             world.machine.belief.model.foot_positions_m(now.position)[:, :2]
         )
-        first, reserve, near, near_n = _first_to_leave(world, torque)
+        first, reserve, near, near_n = _first_to_leave(world, drawn)
         return Case(
             number,
             world.scenario.terrain.slope_deg,
@@ -163,21 +177,26 @@ class Look:
     call_us: float
 
 
-def _look(world: Any, thrust: float, torque: float) -> Look:
-    position, gravity, acts = _sensed(world, thrust, torque)
+def _look(world: Any, drawn: Drawn, thrust_n: float) -> Look:
+    position, gravity, acts = _sensed(world, drawn, thrust_n)
     expected = _nominal()
-    pressures = world.row["pressure_a"].copy(), world.row["pressure_b"].copy()
+    acts["joint_compliance"] = _give(expected, position, world.row)
     started = time.perf_counter()
     nominal = expected.solve(position, gravity, **acts)
     call_us = 1e6 * (time.perf_counter() - started)
-    joints = expected.oil.joint_compliance(position, pressures)
-    low, high = load_interval_n(
-        expected, position, gravity, FOOTING_SD_M, joint_compliance=joints, **acts
-    )
-    return Look(position, _informed(world, thrust, torque), nominal, low, high, call_us)
+    low, high = load_interval_n(expected, position, gravity, FOOTING_SD_M, **acts)
+    return Look(position, _informed(world, drawn, thrust_n), nominal, low, high, call_us)
 
 
-def _sensed(world: Any, thrust: float, torque: float) -> tuple[Array, Array, dict[str, Any]]:
+def _give(expected: ExpectedLoads, position: Array, row: Any) -> Array:
+    """Compliance of the joints (12) at the pressures that sensors read, each the mean of its kind:
+    what a leg carries, which its own pressure would tell, is not to be expected from it.
+    """
+    of_each = expected.oil.joint_compliance(position, (row["pressure_a"], row["pressure_b"]))
+    return np.tile(of_each.reshape(len(LEGS), -1).mean(axis=0), len(LEGS))
+
+
+def _sensed(world: Any, drawn: Drawn, thrust_n: float) -> tuple[Array, Array, dict[str, Any]]:
     """Joint positions, gravity in the body frame and acting loads as the sensors have them."""
     row = world.row
     attitude = row["attitude"].copy()
@@ -186,16 +205,20 @@ def _sensed(world: Any, thrust: float, torque: float) -> tuple[Array, Array, dic
     )
     acts = {
         "rope_forces_in_body": row["rope_tension"][:, None] * directions,
-        "drill_wrench_in_body": drill_wrench(world.machine.belief.model, thrust, -torque),
+        "drill_wrench_in_body": drill_wrench(
+            world.machine.belief.model, thrust_n, -drawn.torque_n_m
+        ),
     }
+    position = row["position"].copy()
+    position[list(VERTICAL)] -= drawn.footing_m
     return (
-        row["position"].copy(),
+        position,
         attitude_gravity(attitude[0], attitude[1]),
         acts,
     )
 
 
-def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
+def _informed(world: Any, drawn: Drawn, thrust_n: float) -> FootLoads:
     """With the feet's true heights under load, the ground's true stiffness and friction, and the
     true loads.
     """
@@ -215,11 +238,11 @@ def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
         rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2]),
         Footing(normals_in_body=normals, heights_m=heights),
         rope_forces_in_body=board.ropes["force"] @ rotation,
-        drill_wrench_in_body=drill_wrench(world.machine.belief.model, thrust, -torque),
+        drill_wrench_in_body=drill_wrench(world.machine.belief.model, thrust_n, -drawn.torque_n_m),
     )
 
 
-def _first_to_leave(world: Any, torque: float) -> tuple[str | None, float, Look | None, float]:
+def _first_to_leave(world: Any, drawn: Drawn) -> tuple[str | None, float, Look | None, float]:
     """Raise the thrust slowly until a foot's load is gone.
 
     Its name, the thrust it took N, what was expected when NEAR of the load was left, and what was
@@ -238,7 +261,7 @@ def _first_to_leave(world: Any, torque: float) -> tuple[str | None, float, Look 
             leg, reserve = LEGS[int(np.argmin(board.normal_force))], float(share * total)
             near = [(reserve - at, look) for at, look in looks if reserve - at <= NEAR * weight]
             return leg, reserve, *((near[0][1], near[0][0]) if near else (None, float("inf")))
-        looks.append((float(share * total), _look(world, start + share * total, torque)))
+        looks.append((float(share * total), _look(world, drawn, start + share * total)))
         if world.finished:
             break
     return None, float("inf"), None, float("inf")
