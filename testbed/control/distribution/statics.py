@@ -71,7 +71,7 @@ class Balance:
     of `rigid`.
     """
     compliance: Array
-    """(12,) of the locked joints: rad/(N m), m/N."""
+    """(12,) of the locked joints with their oil at the measured pressures: rad/(N m), m/N."""
     friction: float
     """Believed coefficient between foot and ground."""
     rope_rating_n: float
@@ -99,7 +99,6 @@ class _Posture:
     joint_map: Array
     rigid: Array
     inner: Array
-    compliance: Array
     arms: Array
     legs: Array
     """(4, 3, 3) each leg's own part of joint_map."""
@@ -155,7 +154,9 @@ class Statics:
             thrust_n=float(drill["ordered_thrust"]),
             rigid=posture.rigid,
             inner=posture.inner,
-            compliance=posture.compliance,
+            compliance=self._oil.joint_compliance(
+                position, (measured.pressure_a, measured.pressure_b)
+            ),
             scale=self.scale,
         )
 
@@ -167,11 +168,8 @@ class Statics:
         joint_map[:, :FEET] = -jacobians[:, _ORDER].reshape(FEET, len(AXES)).T
         turned = np.linalg.qr(balance[:, :FEET].T, mode="complete")[0]
         arms = self._linkages.rods(position)[1]
-        compliance = self._oil.joint_compliance(position)
         legs = joint_map[:, :FEET].reshape(len(LEGS), 3, len(LEGS), 3)[_LEG, :, _LEG]
-        return _Posture(
-            position, balance, joint_map, turned[:, :6], turned[:, 6:], compliance, arms, legs
-        )
+        return _Posture(position, balance, joint_map, turned[:, :6], turned[:, 6:], arms, legs)
 
     def _unknowns(self, measured: Measured, posture: _Posture, held: Array) -> Array:
         """(14,) foot forces from the cylinders' pressures; along the vertical joints the estimators
