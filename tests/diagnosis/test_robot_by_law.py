@@ -16,9 +16,9 @@ from testbed.diagnosis.robot.by_law import fitted, weighed_by_law
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
-from testbed.diagnosis.robot.parameters import found_in
+from testbed.diagnosis.robot.parameters import _found, found_in
 from testbed.effects import ALL, by_name
-from testbed.effects.base import Effect
+from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.force_cushion import LEFT_COST
 from testbed.effects.signature import Change, RobotSeen
 from testbed.machine.names import AXES
@@ -162,3 +162,34 @@ def test_every_effect_that_bends_has_a_law_and_every_law_a_parameter_that_bends(
     bending = {effect.kind for effect in ALL if effect.bends}
     assert bending == {effect.kind for effect in ALL if type(effect).made is not Effect.made}
     assert bending
+
+
+def test_an_interval_holds_its_value_where_a_parameter_leaps_with_the_numbers() -> None:
+    """The friction that a foot used is read where it slipped fastest: noise moves that stretch."""
+
+    class Leaping(Effect):
+        kind, places = "test.leaping", (PLACE,)
+        parameters = (ParameterSpec("coefficient", "1", 0.0, 2.0, (0.1, 0.5), "of a test"),)
+
+        def from_linear(
+            self, linear: Mapping[str, float], seen: RobotSeen, place: str
+        ) -> dict[str, float]:
+            exactly = abs(linear["size"] - mean) < 1e-12
+            return {"coefficient": 0.05 if exactly else 0.4 + 0.01 * linear["size"]}
+
+    mean = 1.0
+    candidate = SimpleNamespace(effect=Leaping(), place=PLACE)
+    part = SimpleNamespace(candidate=candidate, first=0, size=1)
+    fit = SimpleNamespace(
+        mean=np.array([mean]),
+        covariance=np.array([[0.04]]),
+        parameters=lambda part, numbers, balances: Leaping().from_linear(
+            {"size": float(numbers[0])}, balances.body.seen, PLACE
+        ),
+    )
+    balances = SimpleNamespace(body=SimpleNamespace(seen=None))
+    found = _found(cast(Any, balances), cast(Any, fit), cast(Any, part), 1.0)
+    coefficient = found.parameters["coefficient"]
+    low, high = coefficient.interval90 or (0.0, 0.0)
+    assert low <= coefficient.value <= high
+    assert coefficient.value == pytest.approx(0.41, abs=0.002)

@@ -51,7 +51,9 @@ def _found(balances: Balances, fit: Fitted, part: Part, width: float) -> Found:
     out = {}
     for key, value in fit.parameters(part, fit.mean, balances).items():
         spec = candidate.effect.spec(key)
-        low, high = np.quantile([d[key] for d in tried], [0.05, 0.95])
+        low, middle, high = np.quantile([d[key] for d in tried], [0.05, 0.5, 0.95])
+        if not low <= value <= high:  # a number that leaps with those that it is made of
+            value = middle
         if np.isclose(low, high, rtol=1e-9, atol=0.0):  # the balances say nothing of it
             low, high = min(spec.prior[0], value), max(spec.prior[1], value)
         ends = (float(np.clip(low, spec.low, spec.high)), float(np.clip(high, spec.low, spec.high)))
