@@ -25,6 +25,8 @@ class Leg:
 
     weights: Mapping[Names, float]
     refused: frozenset[str] = frozenset()
+    lines: frozenset[Names] = frozenset()
+    """Sets that leave a line along the stroke."""
     tried: dict[frozenset[str], Any] = field(default_factory=dict)
     witnesses: set[frozenset[str]] = field(default_factory=set)
 
@@ -71,6 +73,7 @@ def decided(monkeypatch: pytest.MonkeyPatch) -> Any:
             "dearest": lambda *_: None,
             "worse_than": lambda *_: False,
             "at_bounds": lambda fit: fit,
+            "_leaves_a_line": lambda state, chosen: chosen.names in leg.lines,
             "_with_alike": lambda state, found: found.ambiguous,
         }.items():
             monkeypatch.setattr(verdict, name, fake)
@@ -122,3 +125,12 @@ def test_draws_are_won_by_sets_of_the_search_alone(decided: Any) -> None:
     decided(leg)
     assert leg.witnesses == {frozenset(names) for names in weights if names != ("unnamed",)}
     assert leg.witnesses < set(leg.tried)
+
+
+def test_a_line_along_the_stroke_that_is_left_speaks_for_what_no_name_covers(decided: Any) -> None:
+    weights = {("right",): 0.7, (): 0.2, ("unnamed",): 0.1}
+    assert decided(Leg(weights, lines=frozenset({()}))).kind == "effect"  # the name explains it
+    found = decided(Leg(weights, lines=frozenset({("right",)})))
+    assert found.kind == "unnamed"
+    expected = {("right",): 0.14, (): 0.04, ("unnamed",): 0.82}
+    assert dict(found.hypotheses) == pytest.approx(expected)

@@ -24,6 +24,7 @@ from testbed.diagnosis.leg.proof import Proof, trial, worse_than
 from testbed.diagnosis.leg.resampled import Names, wins
 from testbed.diagnosis.leg.search import LEAST_FALL, LEAST_GAIN, Candidate, Search
 from testbed.diagnosis.leg.signs import signs
+from testbed.diagnosis.leg.stroke_line import stroke_line
 from testbed.diagnosis.leg.unexplained import Unexplained
 from testbed.effects import by_name
 from testbed.recording.leg_model import LegModel
@@ -66,12 +67,14 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     `identified` model, hands its probability to the sets without it. Blocks are drawn anew within
     their recordings: each of a leg's is a motion of its own kind. Names are tried before those that
     end at their bounds are doubted, and again after: what a refused name was given speaks for no
-    law without a name.
+    law without a name. A line along the stroke that is left by what is believed then does.
     """
     won, searched = wins(state, recordings_too=False), dict(state.tried)  # trials fit others too
     believed = _tried(state, distribution(signs(state, found), calibration()), won, identified)
     weights = _tried(state, doubted(searched, believed), won, identified)
     verdict = verdict_of(state, weights)
+    if verdict.kind != "unnamed" and _leaves_a_line(state, verdict.chosen):
+        verdict = verdict_of(state, rippled(weights))
     if verdict.kind != "effect":
         return verdict
     return replace(verdict, ambiguous=_with_alike(state, verdict))
@@ -152,6 +155,24 @@ def doubted(
             weight *= 0.5
             out[rest] = out.get(rest, 0.0) + weight
         out[names] = out.get(names, 0.0) + weight
+    return out
+
+
+RIPPLED = 0.8
+"""Share of a leg with a line along its stroke that no name covers: all of four were such (E)."""
+
+
+def _leaves_a_line(state: Search, chosen: Candidate) -> bool:
+    line = stroke_line(state.problem, chosen)
+    return line is not None and line.is_shared
+
+
+def rippled(weights: Mapping[tuple[str, ...], float]) -> dict[tuple[str, ...], float]:
+    """The weights with all but a fifth of each set's given to what no name covers."""
+    out = {names: (1.0 - RIPPLED) * weight for names, weight in weights.items()}
+    out[("unnamed",)] = weights.get(("unnamed",), 0.0) + sum(
+        RIPPLED * weight for names, weight in weights.items() if names != ("unnamed",)
+    )
     return out
 
 
