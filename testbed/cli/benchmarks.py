@@ -143,6 +143,15 @@ def machines(
     machine: Annotated[
         str, typer.Option(help="Which they are drawn from: roboclimber, climber_8t, quarter_model.")
     ] = "roboclimber",
+    stuck_seals: Annotated[
+        float,
+        typer.Option(
+            min=0,
+            max=1,
+            help="Seals are stuck at the start of a run, each with up to this share of its"
+            " break-away force and either way; 0: all begin loose.",
+        ),
+    ] = 1.0,
 ) -> None:
     """Judge the whole-body estimate on drawn machines: perfect, commissioned and drawing-board
     belief, idea by idea.
@@ -150,7 +159,7 @@ def machines(
     from testbed.benchmarks.machines.benchmark import DrawnMachines
 
     benchmark = DrawnMachines(
-        machines, first_seed, WORKSHOP, commission, recordings, ideas, machine
+        machines, first_seed, WORKSHOP, commission, recordings, ideas, machine, stuck_seals
     )
     work.show(benchmark)
 

@@ -26,8 +26,7 @@ from testbed.benchmarks.machines.runs import (
     PERFECT,
     PUBLISHED,
     ROBOCLIMBER,
-    Run,
-    called,
+    DrawnMachine,
     commissioned,
     recorder,
     scores,
@@ -60,7 +59,8 @@ class DrawnMachines(Benchmark[int]):
 
     `commissions`: each commissions itself first; `recordings`: a folder in which runs and models
     are kept, and taken from; `ideas`: on so many machines the estimate runs without each idea too;
-    `machine`: which of the shipped ones they are drawn from.
+    `machine`: which of the shipped ones they are drawn from; `stuck_seals`: how far from loose
+    their seals are when a run begins, as `DrawnMachine` has it.
     """
 
     name = "machines"
@@ -73,6 +73,7 @@ class DrawnMachines(Benchmark[int]):
     recordings: Path | None = None
     ideas: int = 8
     machine: str = ROBOCLIMBER
+    stuck_seals: float = 1.0
 
     def __post_init__(self) -> None:
         if self.machine not in MACHINES:
@@ -86,12 +87,14 @@ class DrawnMachines(Benchmark[int]):
     def cases(self) -> Mapping[str, int]:
         """Every machine by its seed."""
         seeds = range(self.first_seed, self.first_seed + self.machines)
-        return {f"machine {called(self.machine, seed)}": seed for seed in seeds}
+        return {f"machine {self._drawn(seed).name}": seed for seed in seeds}
 
     def made_from(self, case: int) -> str:
         """The machine, its tolerances, and what is tried on it."""
-        machine = called(self.machine, case)
-        return f"{machine} {self.draw} {self.commissions} {self._tries_ideas(case)}"
+        return f"{self._drawn(case)!r} {self.commissions} {self._tries_ideas(case)}"
+
+    def _drawn(self, seed: int) -> DrawnMachine:
+        return DrawnMachine(seed, self.draw, self.machine, self.stuck_seals)
 
     @property
     def _tasks(self) -> Sequence[str]:
@@ -102,25 +105,25 @@ class DrawnMachines(Benchmark[int]):
 
     def work(self, case: int) -> dict[str, Any]:
         """What its commissioning found beside the truth, and `sums` by task and belief."""
+        drawn = self._drawn(case)
         with TemporaryDirectory() as folder:
             model: Path | None = None
             found: dict[str, Any] = {}
             if self.commissions:
-                model, found = self._commissioned(case, self.recordings or Path(folder))
+                model, found = self._commissioned(drawn, self.recordings or Path(folder))
             tasks = {}
             for task in self._tasks:
-                record = recorder(self.recordings, f"{task} {called(self.machine, case)}")
-                run = Run(task, case, self.draw, self.machine)
-                tasks[task] = scores(run, model, self._tries_ideas(case), record)
+                record = recorder(self.recordings, f"{task} {drawn.name}")
+                scenario = drawn.task(task)
+                tasks[task] = scores(scenario, model, self._tries_ideas(case), record)
         return {"machine": case, "numbers": found, "tasks": tasks}
 
-    def _commissioned(self, case: int, folder: Path) -> tuple[Path, dict[str, Any]]:
+    def _commissioned(self, drawn: DrawnMachine, folder: Path) -> tuple[Path, dict[str, Any]]:
         """Its model file and what is in it, from the folder where they are there."""
-        name = called(self.machine, case)
-        model, numbers = folder / f"model {name}.yaml", folder / f"numbers {name}.json"
+        model, numbers = folder / f"model {drawn.name}.yaml", folder / f"numbers {drawn.name}.json"
         if not numbers.is_file():
             folder.mkdir(parents=True, exist_ok=True)
-            found = commissioned(self.draw, case, model, self.recordings, self.machine)
+            found = commissioned(drawn, model, self.recordings)
             write_json(numbers, found)
         return model, read_json(numbers)
 
@@ -135,6 +138,7 @@ class DrawnMachines(Benchmark[int]):
             "machines": self.machines,
             "first_seed": self.first_seed,
             "draw": self.draw,
+            "stuck_seals": self.stuck_seals,
             "tasks": {
                 task: _by_belief([answer["tasks"][task] for answer in every])
                 for task in self._tasks

@@ -108,28 +108,39 @@ does so over as many samples to both sides."""
 
 
 @dataclass(frozen=True)
-class Run:
-    """A task on the machine that `draw` makes with `seed` of a shipped one."""
+class DrawnMachine:
+    """A machine as it is drawn with `seed` from the tolerances `draw` of a shipped one.
 
-    task: str
+    `stuck_seals`: the largest share of its break-away force with which a seal is stuck when a run
+    begins, each by its own share and either way. At 1 friction begins anywhere in its set, as in a
+    machine that has stood for a while; at 0 all seals begin loose, in the middle of it.
+    """
+
     seed: int
     draw: str
     machine: str = ROBOCLIMBER
+    stuck_seals: float = 1.0
 
-    def load(self) -> Scenario:
-        """As a scenario; the seed draws its noise too."""
-        name, changes = MACHINES[self.machine].tasks[self.task]
-        return load_scenario(name, [*changes, *draw_changes(self.draw, self.seed)], seed=self.seed)
+    @property
+    def name(self) -> str:
+        """Among files and cases; ROBOCLIMBER's is its seed."""
+        seals = "" if self.stuck_seals == 1.0 else f" seals {self.stuck_seals:g}"
+        shipped = "" if self.machine == ROBOCLIMBER else f"{self.machine} "
+        return f"{shipped}{self.seed}{seals}"
 
+    @property
+    def changes(self) -> tuple[str, ...]:
+        """Overrides that put a scenario onto it."""
+        return (
+            f"machine.draw={self.draw}",
+            f"machine.seed={self.seed}",
+            f"hydraulics.stuck_seals={self.stuck_seals:g}",
+        )
 
-def called(machine: str, seed: int) -> str:
-    """A drawn machine's name among files and cases; ROBOCLIMBER's is its seed."""
-    return str(seed) if machine == ROBOCLIMBER else f"{machine} {seed}"
-
-
-def draw_changes(draw: str, seed: int) -> tuple[str, str]:
-    """Overrides that put a scenario onto a drawn machine."""
-    return f"machine.draw={draw}", f"machine.seed={seed}"
+    def task(self, task: str) -> Scenario:
+        """One of its tasks as a scenario; the seed draws its noise too."""
+        name, changes = MACHINES[self.machine].tasks[task]
+        return load_scenario(name, [*changes, *self.changes], seed=self.seed)
 
 
 def truth_as_belief(scenario: Scenario) -> BelievedRobot:
@@ -161,21 +172,17 @@ def beliefs(scenario: Scenario, model: Path | None) -> dict[str, BelievedRobot]:
 
 
 def commissioned(
-    draw: str,
-    seed: int,
-    model: Path,
-    recordings: Path | None = None,
-    machine: str = ROBOCLIMBER,
+    drawn: DrawnMachine, model: Path, recordings: Path | None = None
 ) -> dict[str, dict[str, float]]:
     """Let a drawn machine commission itself into a model file, as `testbed commission` does: each
     number found, its interval, and the truth. `recordings`: as for `recorder`.
     """
-    changes = (*MACHINES[machine].commissioning, *draw_changes(draw, seed))
-    programme = stages("commissioning_flat", changes, seed)
+    changes = (*MACHINES[drawn.machine].commissioning, *drawn.changes)
+    programme = stages("commissioning_flat", changes, drawn.seed)
     evidence, seconds = [], 0.0
     only = partial(simulate, measured=(*MEASURED, "supply_pressure"), true=())
     for stage in programme:
-        kept_as = f"commissioning {stage.name} {called(machine, seed)}"
+        kept_as = f"commissioning {stage.name} {drawn.name}"
         series = recorder(recordings, kept_as, only)(stage)
         robot = Robot.of(
             machines_of(stage).belief, stage.carried_kg, stage.ropes.attachment_height_m
@@ -259,10 +266,12 @@ def sums(error: Array, sd: Array | None, moving: NDArray[np.bool_]) -> dict[str,
 
 
 def scores(
-    run: Run, model: Path | None, ablations: bool, record: Callable[[Scenario], Series] = simulate
+    scenario: Scenario,
+    model: Path | None,
+    ablations: bool,
+    record: Callable[[Scenario], Series] = simulate,
 ) -> Mapping[str, dict[str, float]]:
     """`sums` of every belief and method over one run."""
-    scenario = run.load()
     series = record(scenario)
     late = series.data["t"] > LEFT_OUT_S
     true = np.array([series.truth[f"foot_load_{leg}"] for leg in LEGS])

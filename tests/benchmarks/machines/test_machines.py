@@ -16,7 +16,7 @@ from testbed.benchmarks.machines.runs import (
     ABLATIONS,
     MACHINES,
     TASKS,
-    Run,
+    DrawnMachine,
     kept,
     read_kept,
     sums,
@@ -95,7 +95,19 @@ def test_machines_of_another_plan_are_cases_of_their_own_or_refused() -> None:
 @pytest.mark.parametrize("name", MACHINES)
 def test_every_task_is_one_of_its_machine(name: str) -> None:
     folders = {
-        task: Run(task, 1, "workshop", name).load().machine.folder for task in MACHINES[name].tasks
+        task: DrawnMachine(1, "workshop", name).task(task).machine.folder
+        for task in MACHINES[name].tasks
     }
     names = {folder and Path(folder).name for folder in folders.values()}
     assert names == {None if name == "roboclimber" else name}
+
+
+def test_seals_begin_stuck_by_the_share_that_is_asked_for() -> None:
+    stuck = {
+        share: DrawnMachine(1, "workshop", stuck_seals=share).task("stand").hydraulics.stuck_seals
+        for share in (0.0, 0.25, 1.0)
+    }
+    assert all(share == begun for share, begun in stuck.items())
+    names = {DrawnMachines(stuck_seals=share).made_from(2000) for share in stuck}
+    files = {DrawnMachine(1, "workshop", stuck_seals=share).name for share in stuck}
+    assert len(names) == len(files) == len(stuck)
