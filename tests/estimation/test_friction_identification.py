@@ -159,6 +159,11 @@ def test_leg_without_its_second_chamber_is_named(recording):
         identify([replace(recording, pressure_b_pa=None)], KNOWN)
 
 
+def test_a_rod_that_nobody_declares_is_named(recording):
+    with pytest.raises(InputError, match=r"known.rod_m: is missing"):
+        identify([recording], KNOWN.model_copy(update={"rod_m": None}))
+
+
 def test_too_little_motion_is_named():
     v = np.where(np.arange(4000) < 300, 0.01, 0.0)
     with pytest.raises(InputError, match="hardly moves"):

@@ -83,6 +83,7 @@ def gather(recordings: Sequence[Recording], known: Known) -> Evidence:
 
 def _rows(recording: Recording, known: Known, number: int) -> Evidence:
     check_chambers(recording)
+    check_rod(recording, known)
     check_alive(recording)
     seen = seen_in(recording, known)
     signals, pick = seen.signals, seen.rows(recording)
@@ -218,6 +219,17 @@ def check_chambers(recording: Recording) -> None:
             "is missing: the balance of a vertical leg needs both chambers",
             file=recording.folder,
             field="channels.pressure_b",
+        )
+
+
+def check_rod(recording: Recording, known: Known) -> None:
+    """Refuse a chamber B whose area nobody declares: it would count as large as A."""
+    if recording.pressure_b_pa is not None and known.rod_m is None:
+        raise InputError(
+            "is missing: without it the area of chamber B is not known",
+            file=recording.folder / "recording.yaml",
+            field="known.rod_m",
+            allowed="the rod's diameter, m, or no channel pressure_b",
         )
 
 
