@@ -22,6 +22,7 @@ import numpy as np
 
 from testbed.errors import InputError
 from testbed.estimation.cylinder import friction_terms, piston_force_n
+from testbed.estimation.friction.declared_numbers import ASYMMETRY
 from testbed.estimation.friction.evidence import ROW_S, check_alive, check_rod, seen_in
 from testbed.estimation.friction.posterior import (
     C_HIGH,
@@ -38,8 +39,6 @@ A_SD, B_SD_V = 0.05, 0.0625
 """Amplifiers are trimmed to a = 1 within 5 %; b within 1.25 % of 5 V, the transducers' thermal
 zero.
 """
-ASYMMETRY = 0.25
-"""Standard deviation of delta as a share of F_c."""
 LOAD_SD, PRESSURE_SD_M2 = 0.05, 5e-5
 """Friction that grows with the load or the pressures looks like a gain where the piston slides one
 way only.

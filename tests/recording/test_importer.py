@@ -143,7 +143,7 @@ def test_dates_and_times_of_day_become_seconds_and_nothing_else(
 
 
 def test_nanoseconds_since_1970_are_a_clock_like_any_other(tmp_path: Path) -> None:
-    """They have more digits than a float64 keeps: what is rounded is a fraction of a microsecond."""
+    """More digits than a float64 keeps: what is rounded is less than a microsecond."""
     written = columns() | {"t": EPOCH_NS + ZERO_NS}
     pq.write_table(pa.table(written), tmp_path / "log.parquet")
     in_ns = given_map(tmp_path, MAP.replace("unit: ms", "unit: ns"))

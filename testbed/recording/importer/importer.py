@@ -40,8 +40,8 @@ _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
 def read_any(path: Path, wanted: Mapping[str, str]) -> dict[str, Array]:
-    """The `wanted` columns (n,), name -> the map's unit, of a CSV, Parquet or MCAP file; a cell that
-    is empty or no number is NaN.
+    """The `wanted` columns (n,), name -> the map's unit, of a CSV, Parquet or MCAP file; a cell
+    that is empty or no number is NaN.
 
     Raises InputError: no such file, an ending that is not known, a column that is not there, dates
     or times of day in another unit than s.
