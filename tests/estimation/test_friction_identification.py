@@ -165,9 +165,7 @@ def test_a_rod_that_nobody_declares_is_named(recording):
 
 
 @pytest.mark.parametrize(("plus_n", "minus_n"), [(800.0, 800.0), (900.0, 700.0), (600.0, 800.0)])
-def test_beside_a_found_constant_coulomb_friction_is_as_wide_as_it_may_be_lopsided(
-    plus_n, minus_n
-):
+def test_beside_a_found_constant_coulomb_friction_is_as_wide_as_it_may_be_lopsided(plus_n, minus_n):
     """A zero's force takes up half the difference of both: the intervals have to hold them all the
     same, and say why they are wide.
     """

@@ -39,7 +39,7 @@ UNITS = ("N s/m", "N", "N", "m/s")
 COULOMB = FIELDS.index("coulomb_{}_n")
 OTHER_PARTS = "do not tell the Coulomb from the other parts"
 BESIDE_A_CONSTANT = (
-    "a constant force was found beside it: no motion parts that from a difference of friction out and in"
+    "a constant force was found beside it: no motion parts it from friction that differs by way"
 )
 
 
