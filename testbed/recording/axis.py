@@ -26,8 +26,10 @@ FINEST_COUNT_M = 1e-7
 
 RIG = "a folder with identify/<name>/ and verify/<name>/, each a recording"
 
-SAME = ("bore_m", "rod_m", "stroke_m", "inclination_deg")
-"""What is declared of a machine and cannot change from one recording to the next."""
+SAME = tuple(Known.model_fields)
+"""What is declared of a rig: one model is fitted to all of its recordings, so that a number of one
+of them alone would have no effect.
+"""
 
 
 @dataclass(frozen=True, eq=False)
