@@ -17,9 +17,9 @@ from testbed.formats.files import check_links
 from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
 from testbed.recording.axis_header import RECORDING, Header, read_header
-from testbed.recording.checks import check_finite, check_span, check_time, pressure
+from testbed.recording.checks import check_finite, check_span, check_time, in_pa, pressure
 from testbed.recording.known import Known
-from testbed.recording.quantities import QUANTITIES
+from testbed.recording.quantities import quantities_of
 
 FINEST_COUNT_M = 1e-7
 """Steps below this are a continuous signal's, not an encoder's."""
@@ -239,13 +239,15 @@ def _in_si(header: Header, columns: dict[str, Array], file: Path) -> dict[str, A
 
 
 def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording:
+    known = quantities_of(header.rig)
+    channels = {name: channel for name, channel in header.channels.items() if name in known}
+
     def series(quantity: str) -> Array | None:
-        channel = header.channels.get(quantity)
+        channel = channels.get(quantity)
         return None if channel is None else columns[channel.column]
 
     time, position, data = series("time"), series("position"), folder / header.data
     assert time is not None and position is not None
-    channels = header.channels
     pressure_a, saturated_a = pressure(channels.get("pressure_a"), series("pressure_a"), time, data)
     pressure_b, saturated_b = pressure(channels.get("pressure_b"), series("pressure_b"), time, data)
     rows = len(time)
@@ -274,8 +276,8 @@ def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording
         saturated_a=never if saturated_a is None else saturated_a,
         saturated_b=never if saturated_b is None else saturated_b,
         extra={
-            name: columns[channel.column]
+            name: in_pa(channel, columns[channel.column])
             for name, channel in header.channels.items()
-            if name not in QUANTITIES
+            if name not in channels
         },
     )
