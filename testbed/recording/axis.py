@@ -6,7 +6,7 @@ A rig is a folder with `identify/<name>/` and `verify/<name>/`, each a recording
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -58,6 +58,8 @@ class Recording:
     saturated_b: Flags
     extra: Mapping[str, Array] = field(default_factory=dict)
     """What rides along (a current, a temperature), SI, by the name that the header gives it."""
+    began_s: float | None = None
+    """Of a stretch: the first time of the recording that it is of; None: its own."""
 
     @property
     def rig(self) -> str:
@@ -103,6 +105,14 @@ class Recording:
                 allowed="kind: foot-in-air, free (it is 0 N) or load-cell (its column)",
             )
         return self.reference_force_n
+
+    def part(self, rows: slice, name: str) -> Recording:
+        """A stretch of it."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        cut = {key: value[rows] for key, value in values.items() if isinstance(value, np.ndarray)}
+        extra = {key: value[rows] for key, value in self.extra.items()}
+        began_s = float(self.time_s[0]) if self.began_s is None else self.began_s
+        return replace(self, **cut, extra=extra, name=name, began_s=began_s)  # type: ignore[arg-type]
 
     def __len__(self) -> int:
         return len(self.time_s)

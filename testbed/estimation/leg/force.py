@@ -24,6 +24,7 @@ from testbed.estimation.leg.balance import (
     without_friction_n,
 )
 from testbed.estimation.leg.flow import Edges, flow_balance, flow_terms, smoothed_opening, spool
+from testbed.estimation.leg.gaps import stretches
 from testbed.estimation.leg.motion import grid, signals_of, smooth, smooth_causal
 from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis import Recording
@@ -150,10 +151,18 @@ class ForceEstimate:
 
 
 def estimate(recording: Recording, model: LegModel, causal: bool = False) -> ForceEstimate:
-    """External force from a recording. Raises InputError for a model with an unknown effect or
-    parameter.
+    """External force from a recording, each stretch between gaps by itself; a causal estimate would
+    have to find its speed anew and goes on across them. Raises InputError for a model with an
+    unknown effect or parameter.
     """
     build(model.effects)
+    parts = [recording] if causal else stretches(recording)
+    found = [_of_stretch(part, model, causal).columns() for part in parts]
+    time, *forces = (np.concatenate([part[name] for part in found]) for name in found[0])
+    return ForceEstimate(time, *forces)
+
+
+def _of_stretch(recording: Recording, model: LegModel, causal: bool) -> ForceEstimate:
     by_oil = (
         fused(recording, model, FUSED_WIDTH_S)
         if not causal and can_fuse(recording, model)
