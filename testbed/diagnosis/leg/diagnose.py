@@ -21,7 +21,7 @@ from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.unexplained import Unexplained, unexplained
 from testbed.diagnosis.leg.verdict import Verdict, decide, decide_on_bench
 from testbed.diagnosis.leg.verification import errors
-from testbed.effects import build
+from testbed.effects import build, check_channels
 from testbed.errors import InputError
 from testbed.estimation.friction.identification import identify_rig
 from testbed.recording.axis import Rig
@@ -162,4 +162,6 @@ def believed(rig: Rig, model: LegModel) -> LegModel:
             value=model.rig,
             allowed=rig.kind,
         )
+    for recording in (*rig.identify, *rig.verify):
+        check_channels(model, recording)
     return model
