@@ -5,7 +5,7 @@ Every file of this folder with a tuple `EFFECTS` adds to the list: a new effect 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -15,7 +15,8 @@ from testbed.effects.base import MARK, Effect
 from testbed.effects.unnamed import UNNAMED
 from testbed.errors import InputError
 from testbed.machine.model import Machine
-from testbed.recording.leg_model import EffectEntry, LegModel, read_model
+from testbed.recording.axis import Recording
+from testbed.recording.leg_model import EffectEntry, LegModel, Parameter, read_model
 
 
 def _found() -> Iterator[Effect]:
@@ -90,7 +91,45 @@ def _active(entry: EffectEntry, field: str, file: str | Path | None) -> Active:
             value=entry.name,
             allowed=", ".join(e.name for e in (*OF_A_CYLINDER, UNNAMED)),
         )
-    return Active(effect, effect.complete(entry.values, file, f"{field}.parameters"))
+    return Active(effect, complete(effect, entry.parameters, file, f"{field}.parameters"))
+
+
+def complete(
+    effect: Effect,
+    parameters: Mapping[str, Parameter],
+    file: str | Path | None = None,
+    field: str | None = None,
+) -> dict[str, float]:
+    """A file's parameters of an effect, checked against its bounds and units, with defaults for
+    further shapes. Raises InputError.
+    """
+    values = {name: parameter.value for name, parameter in parameters.items()}
+    found = effect.complete(values, file, field)
+    for name, parameter in parameters.items():
+        unit = effect.spec(name).unit
+        if parameter.unit not in (None, unit, *unit.split(" or ")):
+            raise InputError(
+                "wrong unit",
+                file=file,
+                field=f"{field or effect.name}.{name}.unit",
+                value=parameter.unit,
+                allowed=unit,
+            )
+    return found
+
+
+def check_channels(model: LegModel, recording: Recording) -> None:
+    """Refuse a recording without a channel that an effect of the model's forces needs: the effect
+    would be left out without a word.
+    """
+    for active in build(model.effects):
+        missing = [name for name in active.effect.needs if name not in recording.header.channels]
+        if missing and "force" in active.effect.seen_in:
+            raise InputError(
+                f"is not recorded: {active.effect.name} of the model needs it",
+                file=recording.folder / "recording.yaml",
+                field=f"channels.{missing[0]}",
+            )
 
 
 def read_believed(path: str | Path) -> LegModel:
@@ -98,5 +137,12 @@ def read_believed(path: str | Path) -> LegModel:
     value.
     """
     model = read_model(path)
-    build(model.effects, path)
+    for active in build(model.effects, path):
+        for number in active.effect.needs_known:
+            if getattr(model.known, number) is None:
+                raise InputError(
+                    f"is missing: {active.effect.name} needs it",
+                    file=path,
+                    field=f"known.{number}",
+                )
     return model

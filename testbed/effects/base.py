@@ -105,6 +105,8 @@ class Effect:
     """Kinds of rig on which it can exist."""
     needs: ClassVar[tuple[str, ...]] = ("position",)
     """Channels without which nothing is seen of it."""
+    needs_known: ClassVar[tuple[str, ...]] = ()
+    """Declared numbers of a rig (fields of `Known`) that its law is made of."""
     seen_in: ClassVar[tuple[str, ...]] = ("force",)
     """Residuals that it moves: `force`, `flow`, `supply`."""
     shapes: ClassVar[tuple[str, ...]] = ()

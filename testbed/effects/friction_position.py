@@ -45,6 +45,7 @@ class PositionFriction(Effect):
     )
     shapes = ("curvature", "cubic", "quartic")
     is_friction = True
+    needs_known = ("stroke_m",)
     live = {"slope": "position_slope"}
     telling_motion = "slow strokes over the whole travel at two speeds, both ways"
     alike = {
@@ -55,7 +56,8 @@ class PositionFriction(Effect):
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The Coulomb term is scaled along the stroke."""
-        stroke = signals.known.stroke_m or 0.5
+        stroke = signals.known.stroke_m
+        assert stroke is not None  # `needs_known`
         factor = coulomb_factor(
             signals.position_m,
             stroke,

@@ -44,8 +44,7 @@ class TemperatureFriction(Effect):
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The viscous term thins, as a further shape the Coulomb term too."""
-        if signals.oil_temperature_degc is None:
-            return
+        assert signals.oil_temperature_degc is not None  # `needs`
         temperature = signals.oil_temperature_degc.clip(-40.0, 150.0)
         terms.viscous_scale = terms.viscous_scale * viscous_factor(temperature, values["rate"])
         if values["coulomb_rate"]:

@@ -49,9 +49,9 @@ class Drift(Effect):
         """What the sensor should have read."""
         if signals.pressure_a_pa is None:
             return signals
-        since = signals.time_s - signals.time_s[0]
         return signals.with_(
-            pressure_a_pa=signals.pressure_a_pa - zero_pa(since, values["rate"], values["decay"])
+            pressure_a_pa=signals.pressure_a_pa
+            - zero_pa(signals.since_s, values["rate"], values["decay"])
         )
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:

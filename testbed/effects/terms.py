@@ -47,6 +47,13 @@ class Signals:
     part of the residual, so an added mass is not drawn towards cancelling that noise."""
     place: str = ""
     """Of several like axes, the one that these are the signals of: `rl_vertical`."""
+    began_s: float | None = None
+    """Of a stretch: when the recording that it is of began; None: with its first row."""
+
+    @property
+    def since_s(self) -> Array:
+        """Time since the start of the recording, s, (n,)."""
+        return self.time_s - (self.time_s[0] if self.began_s is None else self.began_s)
 
     def with_(self, **changes: Any) -> Signals:
         """A copy with some channels replaced."""

@@ -5,6 +5,7 @@ Where the piston slides, the balance of forces is linear in everything unknown:
     F_ref - m g cos(inclination) + m a
         = A_A k (a_A V_A + b_A) - A_B k (a_B V_B + b_B) - sigma v
           - sign(v) [F_c + F_s exp(-|v| / c_s) + c_load F_ref + c_p (pA + pB)] - delta
+with m a further unknown where nobody declares it.
 Both zeros and the asymmetry 2 delta of Coulomb friction are constants that no motion tells apart:
 what is expected of them enters as a prior, and the covariance keeps what the data leave open.
 Where the piston hardly slides (a leg pressed on the load cell, the paper's figure 4) friction
@@ -21,7 +22,8 @@ import numpy as np
 
 from testbed.errors import InputError
 from testbed.estimation.cylinder import friction_terms, piston_force_n
-from testbed.estimation.friction.evidence import ROW_S, check_alive, seen_in
+from testbed.estimation.friction.declared_numbers import ASYMMETRY
+from testbed.estimation.friction.evidence import ROW_S, check_alive, check_rod, seen_in
 from testbed.estimation.friction.posterior import (
     C_HIGH,
     C_LOW,
@@ -30,14 +32,13 @@ from testbed.estimation.friction.posterior import (
     scatter,
 )
 from testbed.formats.arrays import Array
+from testbed.machine.names import GRAVITY_M_S2
 from testbed.recording.axis import Recording, check_same_machine
 
 A_SD, B_SD_V = 0.05, 0.0625
 """Amplifiers are trimmed to a = 1 within 5 %; b within 1.25 % of 5 V, the transducers' thermal
 zero.
 """
-ASYMMETRY = 0.25
-"""Standard deviation of delta as a share of F_c."""
 LOAD_SD, PRESSURE_SD_M2 = 0.05, 5e-5
 """Friction that grows with the load or the pressures looks like a gain where the piston slides one
 way only.
@@ -95,13 +96,16 @@ class Calibrated:
 
 @dataclass(frozen=True)
 class _Rows:
-    """Volts (m, sensors), what the sensors must add up to N, speed m/s, load N, pA + pB Pa."""
+    """Volts (m, sensors), what the sensors must add up to N, speed m/s, load N, pA + pB Pa, and the
+    force by a kilogram of a mass that nobody declares, m/s2.
+    """
 
     volts: Array
     target_n: Array
     velocity_m_s: Array
     load_n: Array
     pressure_sum_pa: Array
+    undeclared_m_s2: Array
 
 
 def calibrate(recordings: Sequence[Recording], accuracy_pa: float = 0.0) -> Calibrated:
@@ -195,6 +199,7 @@ def _check_same(recordings: Sequence[Recording]) -> None:
                 allowed="vertical-leg, cylinder",
             )
         check_same_machine(first, recording, ("bore_m", "rod_m"))
+        check_rod(recording, recording.known)
         check_alive(recording, moving=False)
     if not any(np.ptp(recording.known_force_n()) > 0.0 for recording in recordings):
         raise InputError(
@@ -231,12 +236,17 @@ def _rows(recording: Recording, names: Sequence[str], sliding: bool) -> _Rows:
         columns.append(calibration.volts(pressure[pick]))
         total += calibration.k_pa_per_v * columns[-1]
     target = seen.reference_n - seen.inertia_n
+    undeclared = np.zeros(pick.size)
+    if recording.known.moving_mass_kg is None:
+        gravity = recording.known.gravity_along_axis_m_s2
+        undeclared = gravity - seen.acceleration_m_s2[pick]
     return _Rows(
         np.column_stack(columns),
         target[pick],
         seen.velocity_m_s[pick],
         seen.reference_n[pick],
         total,
+        undeclared,
     )
 
 
@@ -291,6 +301,10 @@ def _design(rows: _Rows, gains: Array, c: float, level: float) -> tuple[Array, A
             level,
             level,
         ]
+    if rows.undeclared_m_s2.any():  # a mass of any size up to what the load cell could lift
+        columns.append(rows.undeclared_m_s2)
+        mean.append(0.0)
+        sd.append(max(float(np.abs(rows.load_n).max()), 1.0) / GRAVITY_M_S2)
     return np.column_stack(columns), rows.target_n, np.array(mean), np.array(sd)
 
 

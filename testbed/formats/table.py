@@ -35,7 +35,7 @@ def read_columns(path: Path, wanted: Mapping[str, str], declared_in: Path) -> di
         try:
             found = table.column(column)
             if str(found.type) != "double":  # a cast loads all that Arrow computes with
-                found = found.cast("float64")
+                found = found.cast("float64", safe=False)  # digits beyond a float64's are rounded
             values = found.to_numpy(zero_copy_only=False)
         except Exception as error:
             raise InputError(f"column {column!r} is not numbers: {error}", file=path) from error

@@ -6,7 +6,7 @@ A rig is a folder with `identify/<name>/` and `verify/<name>/`, each a recording
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,17 +17,19 @@ from testbed.formats.files import check_links
 from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
 from testbed.recording.axis_header import RECORDING, Header, read_header
-from testbed.recording.checks import check_finite, check_span, check_time, pressure
+from testbed.recording.checks import check_finite, check_span, check_time, in_pa, pressure
 from testbed.recording.known import Known
-from testbed.recording.quantities import QUANTITIES
+from testbed.recording.quantities import quantities_of
 
 FINEST_COUNT_M = 1e-7
 """Steps below this are a continuous signal's, not an encoder's."""
 
 RIG = "a folder with identify/<name>/ and verify/<name>/, each a recording"
 
-SAME = ("bore_m", "rod_m", "stroke_m", "inclination_deg")
-"""What is declared of a machine and cannot change from one recording to the next."""
+SAME = tuple(Known.model_fields)
+"""What is declared of a rig: one model is fitted to all of its recordings, so that a number of one
+of them alone would have no effect.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +58,8 @@ class Recording:
     saturated_b: Flags
     extra: Mapping[str, Array] = field(default_factory=dict)
     """What rides along (a current, a temperature), SI, by the name that the header gives it."""
+    began_s: float | None = None
+    """Of a stretch: the first time of the recording that it is of; None: its own."""
 
     @property
     def rig(self) -> str:
@@ -101,6 +105,14 @@ class Recording:
                 allowed="kind: foot-in-air, free (it is 0 N) or load-cell (its column)",
             )
         return self.reference_force_n
+
+    def part(self, rows: slice, name: str) -> Recording:
+        """A stretch of it."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        cut = {key: value[rows] for key, value in values.items() if isinstance(value, np.ndarray)}
+        extra = {key: value[rows] for key, value in self.extra.items()}
+        began_s = float(self.time_s[0]) if self.began_s is None else self.began_s
+        return replace(self, **cut, extra=extra, name=name, began_s=began_s)  # type: ignore[arg-type]
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -237,13 +249,15 @@ def _in_si(header: Header, columns: dict[str, Array], file: Path) -> dict[str, A
 
 
 def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording:
+    known = quantities_of(header.rig)
+    channels = {name: channel for name, channel in header.channels.items() if name in known}
+
     def series(quantity: str) -> Array | None:
-        channel = header.channels.get(quantity)
+        channel = channels.get(quantity)
         return None if channel is None else columns[channel.column]
 
     time, position, data = series("time"), series("position"), folder / header.data
     assert time is not None and position is not None
-    channels = header.channels
     pressure_a, saturated_a = pressure(channels.get("pressure_a"), series("pressure_a"), time, data)
     pressure_b, saturated_b = pressure(channels.get("pressure_b"), series("pressure_b"), time, data)
     rows = len(time)
@@ -272,8 +286,8 @@ def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording
         saturated_a=never if saturated_a is None else saturated_a,
         saturated_b=never if saturated_b is None else saturated_b,
         extra={
-            name: columns[channel.column]
+            name: in_pa(channel, columns[channel.column])
             for name, channel in header.channels.items()
-            if name not in QUANTITIES
+            if name not in channels
         },
     )

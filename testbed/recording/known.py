@@ -130,7 +130,10 @@ class Known(Checked):
                 )
         shares = {key: value["tolerance"] for key, value in stated.items() if "tolerance" in value}
         plain = {key: value["value"] if key in stated else value for key, value in data.items()}
-        return plain | ({"tolerances": {**data.get("tolerances", {}), **shares}} if shares else {})
+        beside = data.get("tolerances", {})
+        if not shares or not isinstance(beside, Mapping):  # the latter is refused by its own field
+            return plain
+        return plain | {"tolerances": {**beside, **shares}}
 
     @field_validator("tolerances")
     @classmethod

@@ -28,12 +28,12 @@ QUANTITIES: dict[str, Quantity] = {
         "m", "extension of the piston, + downwards on a leg", AXES_KINDS, AXES_KINDS
     ),
     "pressure_a": Quantity(
-        "Pa", "piston side, gauge; in V with a calibration", needed_by=HYDRAULIC
+        "Pa", "piston side, gauge; in V with a calibration", HYDRAULIC, HYDRAULIC
     ),
-    "pressure_b": Quantity("Pa", "rod side, gauge; in V with a calibration"),
+    "pressure_b": Quantity("Pa", "rod side, gauge; in V with a calibration", HYDRAULIC),
     "supply_pressure": Quantity("Pa", "supply pressure, gauge"),
     "oil_temperature": Quantity("degC", "oil temperature"),
-    "actuator_force": Quantity("N", "force of the actuator, + extends", needed_by=("drive",)),
+    "actuator_force": Quantity("N", "force of the actuator, + extends", ("drive",), ("drive",)),
     "force": Quantity("N", "load of the foot, + pressed on the ground", ("foot",), ("foot",)),
     "contact": Quantity("1", "whether the foot carries: at most two distinct values", ("foot",)),
 }

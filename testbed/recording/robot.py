@@ -131,7 +131,7 @@ def read_robot_header(path: Path) -> RobotHeader:
                 field=f"channels.{quantity}",
             )
         if found is not None and is_evidence(quantity):
-            volt = ("V", "mV") if found[0] == "Pa" else ()
+            volt = ("V", "mV") if quantity.startswith("pressure_") else ()
             former = (UNITS[quantity],) if quantity in UNITS else ()
             check_unit(quantity, channel, (*convertible(found[0]), *volt, *former), path)
     check_present(header.channels, OF_LEGS if header.surveyed is None else OF_BODY, path)

@@ -117,12 +117,13 @@ def _of_leg(folder: Path, model: str | Path | None, causal: bool) -> Mapping[str
 
 def _believed(measured: Recording, model: str | Path) -> LegModel:
     """The model file, once it is known to serve this recording."""
-    from testbed.effects import read_believed
+    from testbed.effects import check_channels, read_believed
     from testbed.estimation.friction.evidence import check_alive, check_chambers
 
     believed = read_believed(model)
     check_chambers(measured)
     _check_serves(believed, measured, model)
+    check_channels(believed, measured)
     check_alive(measured, moving=False)
     return believed
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,13 +19,10 @@ from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
 from testbed.machine.names import LEGS
 from testbed.recording.axis import recording_folder
+from testbed.recording.axis_header import AnyHeader, Header, read_header
 from testbed.recording.checks import check_finite
-from testbed.recording.foot import as_contact, read_foot
+from testbed.recording.foot import FootHeader, as_contact, read_foot
 from testbed.workflows.estimate import header_of
-
-if TYPE_CHECKING:
-    from testbed.recording.axis_header import AnyHeader
-
 
 FOOT = "foot"
 """What the one foot of a rig is called."""
@@ -113,7 +110,8 @@ def _of_axis(
     from testbed.workflows.estimate import leg_force
 
     read = read_recording(folder)
-    column = _column_of(folder, read.header, read.time_s)
+    # the header as it was written: the one that was read is in SI already
+    column = _column_of(folder, read_header(folder / "recording.yaml"), read.time_s)
     breakaway = None
     if force is not None:
         load, said = column(force, "--force"), force
@@ -172,13 +170,13 @@ def _by_leg(name: str) -> dict[str, str]:
 
 
 def _column_of(folder: Path, header: AnyHeader, time_s: Array) -> Callable[[str, str], Array]:
-    """A function (column, field it was named in) -> its values (n,), SI where a channel declares
+    """A function (column, field it was named in) -> its values (n,), SI where the header declares
     its unit.
 
-    What the table lacks is looked for in `truth.parquet` beside it. Numbers may be missing in a
-    force alone.
+    `header`: as it was written. What the table lacks is looked for in `truth.parquet` beside it.
+    Numbers may be missing in a force alone.
     """
-    units = {channel.column: channel.unit for channel in header.channels.values()}
+    units = _declared_units(header)
     file, truth = folder / header.data, folder / "truth.parquet"
 
     def column(name: str, field: str) -> Array:
@@ -199,6 +197,15 @@ def _column_of(folder: Path, header: AnyHeader, time_s: Array) -> Callable[[str,
         return np.asarray(to_si(found, units[name])) if name in units else found
 
     return column
+
+
+def _declared_units(header: AnyHeader) -> dict[str, str]:
+    """Column -> unit, of the channels and of the reference force."""
+    units = {channel.column: channel.unit for channel in header.channels.values()}
+    cell = header.reference_force if isinstance(header, Header | FootHeader) else None
+    if cell is not None and cell.column is not None and cell.unit is not None:
+        units.setdefault(cell.column, cell.unit)
+    return units
 
 
 def carrying_of(reference: Array, time_s: Array, rule: LossRule, file: Path) -> Flags:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.effects import by_name, read_believed
+from testbed.effects import by_name, complete, read_believed
 from testbed.effects.robot_attitude import Attitude
 from testbed.effects.robot_centre_of_mass import CentreOfMass
 from testbed.effects.robot_payload import HiddenPayload
@@ -177,8 +177,7 @@ def believed_robot(
     of_cylinders, of_body = [], []
     for index, entry in enumerate(file.effects):
         effect = by_name(entry.name, model, f"effects.{index}.name")
-        values = {name: parameter.value for name, parameter in entry.parameters.items()}
-        effect.complete(values, model, f"effects.{index}.parameters")
+        complete(effect, entry.parameters, model, f"effects.{index}.parameters")
         if effect.live and entry.place in AXES:
             of_cylinders.append(
                 EffectEntry(name=entry.name, place=entry.place, parameters=entry.parameters)

@@ -283,6 +283,10 @@ EFFECTS: dict[str, tuple[str, str]] = {
         "{name: sensor.gain_a, parameters: {gain_error: 9.0}}",
         "effects.1.parameters.gain_error = 9.0: out of bounds",
     ),
+    "in another unit": (
+        "{name: sensor.drift_a, parameters: {rate: {value: 0.02, unit: bar/s}}}",
+        "effects.1.parameters.rate.unit = 'bar/s': wrong unit (allowed: Pa/s)",
+    ),
 }
 
 
@@ -304,6 +308,36 @@ def test_an_effect_of_a_model_that_cannot_be_is_named_with_file_and_entry(
         "estimate": ["estimate", "press", "--model", "model.yaml", "--out", "f.csv"],
     }
     assert_refused(arguments[command], f"testbed: model.yaml: {word}", monkeypatch, capsys, desk)
+
+
+@pytest.mark.parametrize(
+    ("known", "entry", "said"),
+    [
+        (
+            KNOWN.replace("stroke_m: 0.5, ", ""),
+            "{name: friction.position, parameters: {slope: 0.5}}",
+            "model.yaml: known.stroke_m: is missing: friction.position needs it",
+        ),
+        (
+            KNOWN,
+            "{name: friction.temperature, parameters: {rate: 0.02}}",
+            "channels.oil_temperature: is not recorded: friction.temperature of the model needs it",
+        ),
+    ],
+    ids=["stroke", "temperature"],
+)
+def test_an_effect_that_lacks_what_its_law_is_made_of_is_not_left_out(
+    known: str,
+    entry: str,
+    said: str,
+    desk: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (desk / "model.yaml").write_text(MODEL.replace(KNOWN, known) + f"effects: [{entry}]\n")
+    write_press(desk, RECORDING, ROWS)
+    command = ["estimate", "press", "--model", "model.yaml", "--out", "f.csv"]
+    assert_refused(command, said, monkeypatch, capsys, desk)
 
 
 def write_press(desk: Path, header: str, rows: Sequence[Sequence[object]]) -> None:

@@ -12,9 +12,10 @@ from testbed.diagnosis.leg.base_models import declared
 from testbed.diagnosis.leg.diagnose import diagnose
 from testbed.diagnosis.leg.hypotheses import available
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.series import in_gaps, series_of, smoothing_s
+from testbed.diagnosis.leg.series import series_of, smoothing_s
 from testbed.estimation.leg import force as leg_force
 from testbed.estimation.leg.force import estimate
+from testbed.estimation.leg.gaps import in_gaps
 from testbed.recording.axis import Recording, Rig
 
 

@@ -118,6 +118,39 @@ def test_recordings_of_two_rigs_are_refused(pressed):
         calibrate([pressed[0], replace(pressed[0], header=header)])
 
 
+def declaring(recording, **numbers):
+    """The recording, with other numbers declared of its machine."""
+    known = recording.known.model_copy(update=numbers)
+    return replace(recording, header=recording.header.model_copy(update={"known": known}))
+
+
+def test_a_mass_that_nobody_declares_is_an_unknown_and_no_zero(pressed):
+    recording, _ = pressed
+    declared = calibrate([recording])
+    found = calibrate([declaring(recording, moving_mass_kg=None)])
+    assert found.residual_n < 1.05 * declared.residual_n
+    for name, sensor in declared.sensors.items():
+        other = found.sensors[name]
+        assert other.a == pytest.approx(sensor.a, abs=5e-4)
+        assert abs(other.b - sensor.b) < np.sqrt(other.covariance[1, 1])
+
+
+def test_a_leg_that_only_presses_tells_less_of_its_zero_where_nobody_declares_its_mass():
+    quiet = one_sensor()
+    noise = np.random.default_rng(0).normal(0.0, 2e3, len(quiet))
+    pressed = replace(quiet, pressure_a_pa=quiet.pressure_a_pa + noise)
+    declared = calibrate([pressed]).sensors["pressure_a"]
+    found = calibrate([declaring(pressed, moving_mass_kg=None)]).sensors["pressure_a"]
+    assert found.a == pytest.approx(1.02, abs=1e-3)
+    assert abs(found.b - 0.03) < 2.0 * np.sqrt(found.covariance[1, 1])
+    assert found.covariance[1, 1] > declared.covariance[1, 1]
+
+
+def test_a_rod_that_nobody_declares_is_one_line(pressed):
+    with pytest.raises(InputError, match=r"known.rod_m: is missing"):
+        calibrate([declaring(pressed[0], rod_m=None)])
+
+
 @pytest.mark.slow
 def test_ninety_five_per_cent_regions_hold_the_truth_as_often_as_they_say_in_400_trials():
     from scipy.stats import binomtest

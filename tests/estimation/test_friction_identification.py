@@ -159,6 +159,24 @@ def test_leg_without_its_second_chamber_is_named(recording):
         identify([replace(recording, pressure_b_pa=None)], KNOWN)
 
 
+def test_a_rod_that_nobody_declares_is_named(recording):
+    with pytest.raises(InputError, match=r"known.rod_m: is missing"):
+        identify([recording], KNOWN.model_copy(update={"rod_m": None}))
+
+
+@pytest.mark.parametrize(("plus_n", "minus_n"), [(800.0, 800.0), (900.0, 700.0), (600.0, 800.0)])
+def test_beside_a_found_constant_coulomb_friction_is_as_wide_as_it_may_be_lopsided(plus_n, minus_n):
+    """A zero's force takes up half the difference of both: the intervals have to hold them all the
+    same, and say why they are wide.
+    """
+    recordings, known = oil_cylinder(plus_n, minus_n)
+    found = {p.name: p for p in identify(recordings, known, "cylinder").parameters}
+    for name, truth in (("coulomb_plus_n", plus_n), ("coulomb_minus_n", minus_n)):
+        low, high = found[name].interval90
+        assert low < truth < high < 2.0 * truth
+        assert not found[name].shown and "a constant force was found beside it" in found[name].why
+
+
 def test_too_little_motion_is_named():
     v = np.where(np.arange(4000) < 300, 0.01, 0.0)
     with pytest.raises(InputError, match="hardly moves"):

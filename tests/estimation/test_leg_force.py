@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from testbed.benchmarks.estimators.identification_trials import KNOWN, recording_of
 from testbed.benchmarks.reference_leg.rigs import make_rig
 from testbed.effects.base import ForceTerms
 from testbed.effects.hydraulics_hose import hose_flow_m3_s
@@ -229,3 +230,32 @@ def test_friction_of_a_model_is_what_the_estimate_takes_off() -> None:
     )
     found = estimate(recording, LegModel(known=known, friction=friction)).force_n
     assert found[200:-200] == pytest.approx(1000.0, abs=1.0)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_at_rest_the_set_has_the_friction_that_the_load_presses_on(way: float) -> None:
+    """A foot holds 10 kN, slides, stops, and its seals go over to hold the other way: break-away
+    300 N and a tenth of the load, either way.
+    """
+    coefficient, breakaway_n, load_n, n = 0.1, 300.0, 10_000.0, 8000
+    t = np.arange(n) / RATE
+    x = 0.25 + way * 0.02 * np.minimum(t, 3.0)
+    turned = np.clip(1.0 - 2.0 * (t - 4.0), -1.0, 1.0) * np.where(t < 3.0, 1.0, 0.99)
+    total_n = load_n + way * turned * (breakaway_n + coefficient * load_n)
+    weight_n = 91.7 * KNOWN.gravity_along_axis_m_s2
+    pressure_b = np.full(n, 2e6) + np.random.default_rng(0).normal(0.0, 10.0, n)
+    pressure_a = (total_n - weight_n + pressure_b * KNOWN.area_b_m2) / KNOWN.area_a_m2
+    recording = recording_of(t, x, pressure_a, pressure_b, np.full(n, load_n), KNOWN, "load-cell")
+    friction = Friction(coulomb_plus_n=breakaway_n, coulomb_minus_n=breakaway_n)
+    grows = EffectEntry(name="friction.load", parameters={"coefficient": coefficient})
+    model = LegModel(
+        known=KNOWN.model_copy(update={"moving_mass_kg": 91.7}), friction=friction, effects=(grows,)
+    )
+    found = estimate(recording, model)
+    resting = slice(3200, -200)
+    assert np.all(found.force_low_n[resting] < load_n + 5.0)
+    assert np.all(found.force_high_n[resting] > load_n - 5.0)
+    assert found.force_n[resting] == pytest.approx(load_n, abs=150.0)  # it stops in one sample
+    at, total = 7000, total_n[7000]
+    assert found.force_low_n[at] == pytest.approx((total - 300.0) / 1.1, abs=5.0)
+    assert found.force_high_n[at] == pytest.approx((total + 300.0) / 0.9, abs=5.0)

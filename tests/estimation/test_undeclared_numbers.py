@@ -73,6 +73,15 @@ def test_without_acceleration_no_mass_shows() -> None:
     assert [unknown.name for unknown in free] == ["force_offset_n"]
 
 
+def test_a_leg_that_goes_steadily_shows_its_mass_by_its_weight() -> None:
+    still = replace(evidence(), acceleration_m_s2=np.zeros(400))
+    unweighed = KNOWN.model_copy(update={"moving_mass_kg": None})
+    found = fit_declared(missing_mass(still, 120.0), unweighed, "vertical-leg")
+    assert found.known.moving_mass_kg == pytest.approx(120.0, rel=0.01) and found.constant_found
+    lying = unweighed.model_copy(update={"inclination_deg": 90.0})
+    assert unknowns(still, lying, "vertical-leg") == ([], [])
+
+
 def test_a_constant_force_of_a_cylinders_sensors_is_taken_out() -> None:
     rows = evidence()
     found = fit_declared(replace(rows, force_n=rows.force_n - 180.0), KNOWN, "cylinder")

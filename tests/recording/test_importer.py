@@ -8,11 +8,14 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from testbed.cli import main
 from testbed.errors import InputError
 from testbed.formats.table import write_columns
+from testbed.formats.yaml_files import read_mapping, write_yaml
 from testbed.recording.axis import Recording, read_recording
 from testbed.recording.foot import read_foot
 from testbed.recording.importer.importer import import_file
@@ -112,6 +115,59 @@ def test_parquet(tmp_path: Path) -> None:
     write_columns(tmp_path / "log.parquet", columns())
     import_file(tmp_path / "log.parquet", given_map(tmp_path), tmp_path / "out")
     assert not differing(read_recording(tmp_path / "out"))
+
+
+EPOCH_NS = 1_700_000_000_000_000_000
+ZERO_NS = np.round(1e9 * TIME).astype(np.int64)
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        pa.array(EPOCH_NS + ZERO_NS, pa.timestamp("ns")),
+        pa.array(EPOCH_NS + ZERO_NS, pa.timestamp("ns", "Europe/Madrid")),
+        pa.array(43_200_000_000_000 + ZERO_NS, pa.time64("ns")),
+        pa.array(ZERO_NS, pa.duration("ns")),
+    ],
+    ids=["date", "date of a zone", "time of day", "duration"],
+)
+def test_dates_and_times_of_day_become_seconds_and_nothing_else(
+    times: pa.Array, tmp_path: Path
+) -> None:
+    pq.write_table(pa.table(columns() | {"t": times}), tmp_path / "log.parquet")
+    in_s = given_map(tmp_path, MAP.replace("unit: ms", "unit: s"))
+    import_file(tmp_path / "log.parquet", in_s, tmp_path / "out")
+    assert not differing(read_recording(tmp_path / "out"))
+    with pytest.raises(InputError, match="unit = 'ms': column 't' holds times"):
+        import_file(tmp_path / "log.parquet", given_map(tmp_path), tmp_path / "other")
+
+
+def test_nanoseconds_since_1970_are_a_clock_like_any_other(tmp_path: Path) -> None:
+    """More digits than a float64 keeps: what is rounded is less than a microsecond."""
+    written = columns() | {"t": EPOCH_NS + ZERO_NS}
+    pq.write_table(pa.table(written), tmp_path / "log.parquet")
+    in_ns = given_map(tmp_path, MAP.replace("unit: ms", "unit: ns"))
+    assert import_file(tmp_path / "log.parquet", in_ns, tmp_path / "out").usable
+    read = read_recording(tmp_path / "out").time_s
+    assert read - read[0] == pytest.approx(TIME, abs=1e-6)
+    header = read_mapping(tmp_path / "out" / "recording.yaml")
+    header["channels"]["time"]["unit"] = "ns"
+    pq.write_table(
+        pq.read_table(tmp_path / "out" / "data.parquet").set_column(
+            0, "time", pa.array(written["t"])
+        ),
+        tmp_path / "out" / "data.parquet",
+    )
+    write_yaml(tmp_path / "out" / "recording.yaml", header)
+    assert read_recording(tmp_path / "out").time_s == pytest.approx(read, abs=1e-6)
+
+
+def test_a_clock_that_stands_still_is_one_line_whatever_the_rig_calls_it(tmp_path: Path) -> None:
+    write_columns(tmp_path / "log.parquet", {"t": np.zeros(N), "x": POSITION})
+    for rig, clock in (("cylinder", "time"), ("robot", "t")):
+        said = f"rig: {rig}\n{clock}: {{column: t, unit: s}}\n"
+        with pytest.raises(InputError, match="never rises"):
+            import_file(tmp_path / "log.parquet", given_map(tmp_path, said), tmp_path / "out")
 
 
 def test_mcap_of_two_topics_at_different_times(tmp_path: Path) -> None:

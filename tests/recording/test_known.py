@@ -74,6 +74,10 @@ def test_a_value_without_a_tolerance_is_the_number_alone() -> None:
         ({"tolerances": {"bor_m": 0.01}}, "bor_m is no declared number"),
         ({"bore_m": 0.04, "rod_m": 0.04}, "must be smaller than bore_m"),
         ({"bore_m": 80.0}, "bore_m = 80.0: is out of range (allowed: at most 2)"),
+        (
+            {"bore_m": {"value": 0.08, "tolerance": 0.1}, "tolerances": None},
+            "tolerances = 'nothing'",
+        ),
         ({"valve_deadband": 1.0}, "valve_deadband = 1.0: is out of range"),
         ({"circuit": {"holding_a": "chek"}}, "circuit.holding_a = 'chek'"),
     ],

@@ -95,6 +95,7 @@ FAULTS: dict[str, tuple[Fault, str]] = {
         put(f"channels/{PRESSURE}/unit", "furlong"),
         f"channels.{PRESSURE}.unit = 'furlong': wrong unit",
     ),
+    "supply in volts": (put("channels/supply_pressure/unit", "V"), "wrong unit"),
     "volts without calibration": (put(f"channels/{PRESSURE}/unit", "V"), "needs a calibration"),
     "calibration beside Pa": (
         put(f"channels/{PRESSURE}/calibration", {"k_pa_per_v": 2e6, "a": 1.0, "b": 0.0}),

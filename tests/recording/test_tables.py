@@ -15,7 +15,7 @@ from testbed.recording.importer.importer import read_any
 
 def read(folder: Path, text: str, *wanted: str, name: str = "log.csv") -> dict[str, np.ndarray]:
     (folder / name).write_text(text)
-    return read_any(folder / name, wanted)
+    return read_any(folder / name, dict.fromkeys(wanted, "s"))
 
 
 @pytest.mark.parametrize(
@@ -26,8 +26,9 @@ def read(folder: Path, text: str, *wanted: str, name: str = "log.csv") -> dict[s
         "t\tp\ns\tbar\n0\t1,5\n1\t2,5\n",
         "# a logger's remark\nt   p\n0  1.5\n1      2.5\n",
         '"t","p"\n0,1.5\n1,2.5\n',
+        '"t";"p"\n"0";"1,5"\n"1";"2,5"\n',
     ],
-    ids=["comma", "decimal comma", "units below", "spaces and remark", "quotes"],
+    ids=["comma", "decimal comma", "units below", "spaces and remark", "quotes", "all in quotes"],
 )
 def test_a_table_of_any_make_is_read(tmp_path: Path, text: str) -> None:
     found = read(tmp_path, text, "t", "p")

@@ -237,3 +237,33 @@ def test_a_column_that_is_not_there_is_one_line_and_nothing_is_written(tmp_path:
         with pytest.raises(InputError, match=f"{option} = .G.: data.csv has no such column"):
             _detect(foot, "--out", out, option, "G")
     assert not out.exists()
+
+
+def test_a_named_column_is_read_in_the_unit_that_the_header_declares(tmp_path: Path) -> None:
+    """Of an axis and of a foot, of a channel that rides along and of the load cell: kN are not
+    taken for N.
+    """
+    leg = SAMPLES / "leg" / "verify" / "press"
+    header = read_mapping(leg / "recording.yaml")
+    cell = header["reference_force"]
+    table = pq.read_table(leg / header["data"])
+    columns = {name: table[name].to_numpy() for name in table.column_names}
+    columns["own"] = columns[cell["column"]] = columns[cell["column"]] / 1e3
+    known = {"rig": "foot", "known": {}}
+    foot = {"time": header["channels"]["time"], "force": {"column": "own", "unit": "kN"}}
+    for rig, said in {
+        "leg": {"channels": header["channels"] | {"own_force": {"column": "own", "unit": "kN"}}},
+        "foot": known | {"channels": foot},
+    }.items():
+        (tmp_path / rig).mkdir()
+        write_columns(tmp_path / rig / "data.parquet", columns)
+        in_kn = {"kind": "load-cell", "column": cell["column"], "unit": "kN"}
+        written = header | said | {"data": "data.parquet", "reference_force": in_kn}
+        write_yaml(tmp_path / rig / "recording.yaml", written)
+        found = [
+            _detect(tmp_path / rig, "--out", tmp_path / "out.csv", "--force", force, *reference)
+            for force in ("own", cell["column"])
+            for reference in ((), ("--reference", "own"), ("--reference", cell["column"]))
+        ]
+        assert [done["feet"] for done in found] == [found[0]["feet"]] * len(found)
+        assert found[0]["scale"]["foot"]["nominal_load_n"] > 1000.0

@@ -83,16 +83,25 @@ ZERO_FORCE = (Coordinate(ZERO, "zero_n", 0.0, -1e3, 1e3, 1.0),)
 are no finding."""
 
 
-def declared(rig: Rig) -> LegModel:
+def declared(rig: Rig, identified: LegModel | None = None) -> LegModel:
     """The declared model without friction; what is declared as null and cannot be 0 is filled from
-    the data.
+    the data, a leg's mass by its identification.
     """
     known = rig.known
     changes: dict[str, float] = {}
+    if identified is not None and not_declared(rig):
+        # an axis that lies and goes steadily shows no mass, and needs none
+        changes["moving_mass_kg"] = identified.known.moving_mass_kg or 0.0
     if known.stroke_m is None:
         position_m = np.concatenate([recording.position_m for recording in rig.identify])
         changes["stroke_m"] = float(max(np.ptp(position_m), 1e-3))
     return LegModel(rig=rig.kind, known=known.model_copy(update=changes))  # type: ignore[arg-type]
+
+
+def not_declared(rig: Rig) -> tuple[str, ...]:
+    """Numbers of a leg that identification finds where the rig declares none: no findings."""
+    is_leg = rig.kind == "vertical-leg"
+    return ("moving_mass_kg",) if is_leg and rig.known.moving_mass_kg is None else ()
 
 
 def _clocked(problem: Problem) -> Coordinate:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from testbed.diagnosis.leg.amplitude import with_amplitudes
-from testbed.diagnosis.leg.base_models import declared, fit_base
+from testbed.diagnosis.leg.base_models import declared, fit_base, not_declared
 from testbed.diagnosis.leg.bench_correction import bench_correction
 from testbed.diagnosis.leg.companions import companions
 from testbed.diagnosis.leg.entries import entries_of, memory_of
@@ -21,7 +21,7 @@ from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.unexplained import Unexplained, unexplained
 from testbed.diagnosis.leg.verdict import Verdict, decide, decide_on_bench
 from testbed.diagnosis.leg.verification import errors
-from testbed.effects import build
+from testbed.effects import build, check_channels
 from testbed.errors import InputError
 from testbed.estimation.friction.identification import identify_rig
 from testbed.recording.axis import Rig
@@ -46,16 +46,17 @@ def diagnose(
     tell = progress or (lambda _: None)
     for recording in (*rig.identify, *rig.verify):
         recording.known_force_n()  # refused before anything is fitted
-    base = declared(rig) if model is None else believed(rig, model)
+    identified = identify_rig(rig).model
+    base = declared(rig, identified) if model is None else believed(rig, model)
+    unknown = not_declared(rig) if model is None else ()
     granted = build(base.effects)
     series = series_of(rig.identify, base.known)
     with_flow = base.known.declares_flow and all(one.opening is not None for one in series)
     tell("friction before")
     free = tuple(one for one in series if one.free) or series
-    identified = identify_rig(rig).model
     before = model or fit_base(Problem(free, base, with_flow))[1]
     tell("friction on everything")
-    problem = Problem(series, base, with_flow, granted)
+    problem = Problem(series, base, with_flow, granted, unknown)
     fit, refit = fit_base(problem)
     state = search(problem, fit, MOST_EFFECTS[rig.kind], tell)
     tell("what is left")
@@ -161,4 +162,6 @@ def believed(rig: Rig, model: LegModel) -> LegModel:
             value=model.rig,
             allowed=rig.kind,
         )
+    for recording in (*rig.identify, *rig.verify):
+        check_channels(model, recording)
     return model

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -41,16 +41,9 @@ def runs_of(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     ends = np.linspace(0, len(whole), QUARTERS + 1).astype(int)
     pairs = itertools.pairwise(ends)
     return tuple(
-        _cut(whole, slice(start, stop), f"quarter {index + 1}")
+        whole.part(slice(start, stop), f"quarter {index + 1}")
         for index, (start, stop) in enumerate(pairs)
     )
-
-
-def _cut(whole: Recording, rows: slice, name: str) -> Recording:
-    values = {field.name: getattr(whole, field.name) for field in fields(whole)}
-    cut = {key: value[rows] for key, value in values.items() if isinstance(value, np.ndarray)}
-    extra = {key: value[rows] for key, value in whole.extra.items()}
-    return replace(whole, **cut, extra=extra, name=name)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, eq=False)

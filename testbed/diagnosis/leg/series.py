@@ -14,6 +14,7 @@ from testbed.diagnosis.leg.noise import white_noise
 from testbed.effects.terms import Signals
 from testbed.estimation.leg.flow import smoothed_opening, spool
 from testbed.estimation.leg.force import trusted, unseen_travel_m
+from testbed.estimation.leg.gaps import in_gaps
 from testbed.estimation.leg.motion import WIDTH_S, encoder_noise, grid, signals_of, smooth
 from testbed.recording.axis import Recording
 from testbed.recording.known import Known
@@ -22,10 +23,6 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 RATE_HZ = 250.0
 SLOW_S = 0.02
-GAP_STEPS, GAP_S, BESIDE_GAP_S = 3.5, 0.02, 0.06
-"""Samples farther apart than so many usual steps, and than this, have a gap between them; what is
-left out beside it. A straight line across a gap is a motion at one speed that nobody saw, with a
-jerk at both ends."""
 BIN = 3
 """Samples at RATE_HZ that are averaged into one residual."""
 BLOCK_S = 2.5
@@ -117,20 +114,6 @@ def smoothing_s(rate_hz: float) -> float:
     sample, at least.
     """
     return max(WIDTH_S, 1.2 / rate_hz)
-
-
-def in_gaps(sampled_s: Array, time_s: Array) -> Mask:
-    """Which of `time_s` (n,) lie in a gap of the samples, or so near to one that smoothing carries
-    it there.
-    """
-    steps = np.diff(sampled_s)
-    far = np.flatnonzero(steps > max(GAP_STEPS * float(np.median(steps)), GAP_S))
-    out = np.zeros(len(time_s), dtype=np.bool_)
-    for jump in far:
-        out |= (time_s > sampled_s[jump] - BESIDE_GAP_S) & (
-            time_s < sampled_s[jump + 1] + BESIDE_GAP_S
-        )
-    return out
 
 
 def series_of(recordings: Sequence[Recording], known: Known | None = None) -> tuple[Series, ...]:

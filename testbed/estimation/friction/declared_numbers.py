@@ -52,7 +52,11 @@ MOST = 3.0
 declaration.
 """
 ACCELERATES_M_S2 = 0.05
-"""Standard deviation of the acceleration below which no mass shows."""
+"""Standard deviation of the acceleration below which no mass shows by its inertia."""
+WEIGHS_M_S2 = 1.0
+"""Gravity along the axis from which on a mass shows by its weight."""
+ASYMMETRY = 0.25
+"""Standard deviation of half the difference of Coulomb friction out and in, as its share (E)."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +113,13 @@ class DeclaredFit:
     form: str
     used: tuple[Used, ...] = ()
 
+    @property
+    def constant_found(self) -> bool:
+        """Whether a constant force (a zero, a weight) was found that nobody declares: beside it no
+        motion shows how Coulomb friction out and in differ.
+        """
+        return any(number.declared is None for number in self.used)
+
 
 def fit_declared(evidence: Evidence, known: Known, kind: str) -> DeclaredFit:
     """Fit friction together with what may differ from the declaration; as given where nothing
@@ -139,7 +150,9 @@ def unknowns(evidence: Evidence, known: Known, kind: str) -> tuple[list[Unknown]
     free: list[Unknown] = []
     within: list[Unknown] = []
     mass = known.moving_mass_kg
-    if np.std(evidence.acceleration_m_s2) > ACCELERATES_M_S2:
+    # Benches and drives have a constant of their own, which takes a weight; a leg has none.
+    weighs = kind == "vertical-leg" and abs(known.gravity_along_axis_m_s2) > WEIGHS_M_S2
+    if np.std(evidence.acceleration_m_s2) > ACCELERATES_M_S2 or (mass is None and weighs):
         column = evidence.acceleration_m_s2 - known.gravity_along_axis_m_s2
         if mass is None:
             free.append(Unknown("moving_mass_kg", column, low=0.0))

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from testbed.effects.terms import Signals
 from testbed.errors import InputError
 from testbed.estimation.leg.balance import piston_force_n
+from testbed.estimation.leg.gaps import in_gaps
 from testbed.estimation.leg.motion import signals_of
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.records import SET
@@ -83,6 +84,7 @@ def gather(recordings: Sequence[Recording], known: Known) -> Evidence:
 
 def _rows(recording: Recording, known: Known, number: int) -> Evidence:
     check_chambers(recording)
+    check_rod(recording, known)
     check_alive(recording)
     seen = seen_in(recording, known)
     signals, pick = seen.signals, seen.rows(recording)
@@ -109,7 +111,8 @@ class Seen:
 
     def rows(self, recording: Recording, sliding: bool = True) -> NDArray[np.intp]:
         """Places of the rows, ROW_S apart: while the piston slides, or all along."""
-        good, rate_hz = unsaturated(recording, self.signals.time_s), self.signals.rate_hz
+        time_s, rate_hz = self.signals.time_s, self.signals.rate_hz
+        good = unsaturated(recording, time_s) & ~in_gaps(recording.time_s, time_s)
         if sliding:
             good &= steadily_sliding(self.velocity_m_s, rate_hz)
         every = max(1, round(ROW_S * rate_hz))
@@ -221,6 +224,17 @@ def check_chambers(recording: Recording) -> None:
         )
 
 
+def check_rod(recording: Recording, known: Known) -> None:
+    """Refuse a chamber B whose area nobody declares: it would count as large as A."""
+    if recording.pressure_b_pa is not None and known.rod_m is None:
+        raise InputError(
+            "is missing: without it the area of chamber B is not known",
+            file=recording.folder / "recording.yaml",
+            field="known.rod_m",
+            allowed="the rod's diameter, m, or no channel pressure_b",
+        )
+
+
 def check_alive(recording: Recording, moving: bool = True) -> None:
     """Refuse channels that say nothing: a constant position, a pressure that never changes or is
     clipped throughout.
@@ -259,10 +273,11 @@ def check_not_stuck(recording: Recording, name: str, values: Array, saturated: F
     Raises InputError with the time at which the sensor froze.
     """
     change = np.flatnonzero(np.diff(values) != 0.0)
-    edges = np.concatenate([[0], change + 1, [len(values) - 1]])
+    starts = np.concatenate([[0], change + 1])
+    stops = np.append(change, len(values) - 1)  # a gap behind the last of them is no repetition
     time, position = recording.time_s, recording.position_m
-    for index in np.flatnonzero(np.diff(time[edges]) > 1.0):
-        start, stop = edges[index], edges[index + 1]
+    for index in np.flatnonzero(time[stops] - time[starts] > 1.0):
+        start, stop = starts[index], stops[index]
         if np.ptp(position[start : stop + 1]) > STUCK_WAY_M and not saturated[start]:
             raise InputError(
                 f"the sensor is stuck at {values[start]:.6g} Pa from t = {time[start]:.6g} s to {time[stop]:.6g} s "

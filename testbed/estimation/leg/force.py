@@ -14,7 +14,7 @@ import numpy as np
 
 from testbed.effects import build
 from testbed.effects.friction_presliding import SOUND_BEND_M
-from testbed.effects.terms import Signals
+from testbed.effects.terms import ForceTerms, Signals
 from testbed.estimation.leg.balance import (
     breakaway_n,
     corrected,
@@ -24,6 +24,7 @@ from testbed.estimation.leg.balance import (
     without_friction_n,
 )
 from testbed.estimation.leg.flow import Edges, flow_balance, flow_terms, smoothed_opening, spool
+from testbed.estimation.leg.gaps import stretches
 from testbed.estimation.leg.motion import grid, signals_of, smooth, smooth_causal
 from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis import Recording
@@ -150,10 +151,18 @@ class ForceEstimate:
 
 
 def estimate(recording: Recording, model: LegModel, causal: bool = False) -> ForceEstimate:
-    """External force from a recording. Raises InputError for a model with an unknown effect or
-    parameter.
+    """External force from a recording, each stretch between gaps by itself; a causal estimate would
+    have to find its speed anew and goes on across them. Raises InputError for a model with an
+    unknown effect or parameter.
     """
     build(model.effects)
+    parts = [recording] if causal else stretches(recording)
+    found = [_of_stretch(part, model, causal).columns() for part in parts]
+    time, *forces = (np.concatenate([part[name] for part in found]) for name in found[0])
+    return ForceEstimate(time, *forces)
+
+
+def _of_stretch(recording: Recording, model: LegModel, causal: bool) -> ForceEstimate:
     by_oil = (
         fused(recording, model, FUSED_WIDTH_S)
         if not causal and can_fuse(recording, model)
@@ -235,12 +244,26 @@ def force_of(
     for frequency, amplitude, harmonics in () if causal else terms.narrow_bands:
         raw = raw - narrow_band(raw, moving, signals, frequency, harmonics, amplitude)
     first = _fill(raw, sliding, width, causal)
-    needed = np.clip(total - first, rest_low, rest_high)
-    held = np.where(sliding, raw, total - needed)
+    least, most = resting_set_n(total, rest_low, rest_high, terms)
+    held = np.where(sliding, raw, np.clip(first, least, most))
     value = smooth_causal(held, width) if causal else smooth(held, width)
-    low = np.where(moving, value, np.minimum(total - rest_high, value))
-    high = np.where(moving, value, np.maximum(total - rest_low, value))
+    low = np.where(moving, value, np.minimum(least, value))
+    high = np.where(moving, value, np.maximum(most, value))
     return value, low, high
+
+
+def resting_set_n(
+    total_n: Array, rest_low_n: Array, rest_high_n: Array, terms: ForceTerms
+) -> tuple[Array, Array]:
+    """(lowest, highest) external force of a resting piston, N, (n,): total_n = F_ext + F_f, and F_f
+    between the break-away forces, each larger by what F_ext itself adds to friction.
+    """
+    least, most = total_n - rest_high_n, total_n - rest_low_n
+    if terms.load_coefficient == 0.0:
+        return least, most
+    least, most = external_n(least, 1.0, terms), external_n(most, -1.0, terms)
+    # Friction that the load relieves ends at none: then the force is what the balance leaves.
+    return np.minimum(least, total_n), np.maximum(most, total_n)
 
 
 def trusted(

@@ -232,4 +232,5 @@ def signals_of(
         oil_temperature_degc=channel(recording.oil_temperature_degc),
         valve_command=None if command is None else even(command)[::step],
         actuator_force_n=channel(recording.actuator_force_n),
+        began_s=recording.began_s,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +37,7 @@ from testbed.recording.checker.sensors import (
 from testbed.recording.checks import MINIMUM_SAMPLES
 from testbed.recording.foot import FootHeader, read_foot
 from testbed.recording.known import Known
-from testbed.recording.quantities import QUANTITIES
+from testbed.recording.quantities import quantities_of
 from testbed.recording.robot import read_robot
 
 NEAR_NOMINAL = 0.2, 1.5
@@ -147,7 +148,8 @@ def _axis(raw: Raw, header: Header) -> Iterator[Finding]:
         "reference": REFERENCE,
         "command": "valve_command",
     }
-    known = header.known
+    known, taken = header.known, (*quantities_of(header.rig), REFERENCE)
+    raw = replace(raw, series={name: raw.series[name] for name in taken if name in raw.series})
     yield from _missing(header)
     yield from _mass(known)
     yield from _pressures(raw, known, "pressure_a", "pressure_b")
@@ -215,7 +217,7 @@ def _missing(header: Header) -> Iterator[Finding]:
             "effects of valve, oil and supply cannot be seen",
         )
     for name in header.channels:
-        if name not in QUANTITIES:
+        if name not in quantities_of(header.rig):
             yield Finding(
                 "note",
                 name,

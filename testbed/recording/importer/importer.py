@@ -11,7 +11,7 @@ import io
 import os
 import re
 import shutil
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,11 +39,12 @@ SNIFFED = 50
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
-def read_any(path: Path, wanted: Collection[str]) -> dict[str, Array]:
-    """The `wanted` columns (n,) of a CSV, Parquet or MCAP file; a cell that is empty or no number
-    is NaN.
+def read_any(path: Path, wanted: Mapping[str, str]) -> dict[str, Array]:
+    """The `wanted` columns (n,), name -> the map's unit, of a CSV, Parquet or MCAP file; a cell
+    that is empty or no number is NaN.
 
-    Raises InputError: no such file, an ending that is not known, a column that is not there.
+    Raises InputError: no such file, an ending that is not known, a column that is not there, dates
+    or times of day in another unit than s.
     """
     if not path.is_file():
         raise InputError("no such file", file=path, allowed=ENDINGS)
@@ -61,7 +62,7 @@ def read_any(path: Path, wanted: Collection[str]) -> dict[str, Array]:
             raise InputError(
                 f"has no column {name!r}", file=path, allowed=", ".join(map(str, names))
             )
-    return {name: _numbers(table.column(name), name, path) for name in wanted}
+    return {name: _numbers(table.column(name), name, unit, path) for name, unit in wanted.items()}
 
 
 def _read_text(path: Path) -> Any:
@@ -79,12 +80,12 @@ def _read_text(path: Path) -> Any:
     separator = _separator(lines[:SNIFFED], path)
     if separator == " ":
         lines = [" ".join(line.split()) for line in lines]
-    cells = [cell.strip().strip('"') for cell in lines[0].split(separator)]
+    cells = _cells(lines[0], separator)
     if all(_NUMBER.fullmatch(cell) for cell in cells):
         names = [str(index + 1) for index in range(len(cells))]  # no names: columns are numbered
     else:
         names, lines = cells, lines[1:]
-    if not any(_NUMBER.fullmatch(cell.strip()) for cell in lines[0].split(separator)):
+    if not any(_NUMBER.fullmatch(cell) for cell in _cells(lines[0], separator)):
         lines = lines[1:]  # a line of units below the names
     doubled = {name for name in names if names.count(name) > 1}
     if doubled:
@@ -101,6 +102,10 @@ def _read_text(path: Path) -> Any:
         )
     except pa.ArrowException as error:
         raise InputError(f"is not a readable table: {error}", file=path) from error
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    return [cell.strip().strip('"') for cell in line.split(separator)]
 
 
 def _decoded(path: Path) -> str:
@@ -131,20 +136,51 @@ def _separator(lines: Sequence[str], path: Path) -> str:
     )
 
 
-def _numbers(column: Any, name: str, path: Path) -> Array:
-    """A column as float64 (n,); times of day become seconds since the first row."""
+def _numbers(column: Any, name: str, unit: str, path: Path) -> Array:
+    """A column as float64 (n,); dates, times of day and durations become seconds since the first
+    row.
+    """
+    import pyarrow as pa
+
+    stamps = _stamps_ns(column)
+    if stamps is not None:
+        if unit != "s":
+            raise InputError(
+                f"column {name!r} holds times, not numbers: they become seconds",
+                file=path,
+                field="unit",
+                value=unit,
+                allowed="s",
+            )
+        return np.asarray((stamps - stamps[0]) / np.timedelta64(1, "s"), dtype=np.float64)
+    if pa.types.is_boolean(column.type):
+        column = column.cast("int8")
+    try:  # not safe: nanoseconds since 1970 have more digits than a float64, which then rounds
+        return np.asarray(column.cast("float64", safe=False).to_numpy(), dtype=np.float64)
+    except (pa.ArrowException, ValueError) as error:
+        raise InputError(f"column {name!r} is not numbers: {error}", file=path) from error
+
+
+def _stamps_ns(column: Any) -> Any:
+    """A column of dates, times of day or durations as timedelta64[ns] (n,), NaT where one is
+    missing; None of another kind.
+    """
     import pyarrow as pa
 
     kind = column.type
     if pa.types.is_timestamp(kind):
-        stamps = column.cast(pa.timestamp("ns")).to_numpy().astype("datetime64[ns]")
-        return np.asarray((stamps - stamps[0]).astype(np.int64) * 1e-9)
-    if pa.types.is_boolean(kind):
-        column = column.cast("int8")
-    try:
-        return np.asarray(column.cast("float64").to_numpy(), dtype=np.float64)
-    except (pa.ArrowException, ValueError) as error:
-        raise InputError(f"column {name!r} is not numbers: {error}", file=path) from error
+        column = column.cast(pa.timestamp("ns"))
+    elif pa.types.is_time(kind):
+        column = column.cast(pa.time64("ns"))
+    elif pa.types.is_duration(kind):
+        column = column.cast(pa.duration("ns"))
+    else:
+        return None
+    ticks = column.cast("int64")
+    missing = column.is_null().to_numpy()
+    stamps = ticks.fill_null(0).to_numpy().astype("timedelta64[ns]")
+    stamps[missing] = np.timedelta64("NaT")
+    return stamps
 
 
 FIELDS = ("rig", "known", REFERENCE, "sample_rate_hz", "description", "source", "licence")
@@ -186,9 +222,9 @@ def import_file(file: str | Path, map_file: str | Path, out: str | Path) -> Find
     kept = {key: tree.pop(key) for key in (*FIELDS, *ROBOTS) if key in tree}
     sources = {name: _source(name, entry, map_file) for name, entry in {**tree, **given}.items()}
     reference = _reference(kept.get(REFERENCE), map_file)
-    wanted = {source.column for source in sources.values()}
+    wanted = {source.column: source.unit for source in sources.values()}
     if reference is not None and reference.column:
-        wanted.add(reference.column)
+        wanted.setdefault(reference.column, reference.unit or "N")
     raw = read_any(file, wanted)
     columns = {name: _converted(raw[source.column], source) for name, source in sources.items()}
     if reference is not None and reference.column:
@@ -252,13 +288,14 @@ def _header(
     map_file: Path,
 ) -> dict[str, Any]:
     """The contents of recording.yaml; the rate is the table's own where the map states none."""
+    clock = sources.get("time", sources.get("t"))
     time = columns.get("time", columns.get("t"))
-    if time is None or len(time) < 2:
+    if clock is None or time is None or len(time) < 2:
         raise InputError("is missing or holds no rows", file=map_file, field="time")
     steps = np.diff(time)
     steps = steps[np.isfinite(steps) & (steps > 0.0)]
     if not steps.size:
-        raise InputError("never rises", file=map_file, field="time", value=sources["time"].column)
+        raise InputError("never rises", file=map_file, field="time", value=clock.column)
     channels = {}
     for quantity, source in sources.items():
         si = Channel(**source.model_dump(exclude={"scale", "offset"})).in_si()
