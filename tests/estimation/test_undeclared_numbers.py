@@ -162,3 +162,25 @@ def test_an_unknown_number_moves_by_its_tolerances_and_not_below_what_can_be() -
 def test_a_number_that_moved_says_so_in_a_line() -> None:
     used = Used("bore_m", "m", 0.08, 0.081, 0.02, 0.6)
     assert str(used) == "bore_m: declared 0.08 m, used 0.081 (0.6 tolerances of 2 %)"
+
+
+@pytest.mark.parametrize("kind", ["vertical-leg", "cylinder"])
+def test_a_rod_that_nobody_declares_is_found_beside_chamber_b(kind: str) -> None:
+    rodless = KNOWN.model_copy(update={"rod_m": None})
+    rows = evidence()
+    area = 0.25 * np.pi * KNOWN.rod_m**2
+    as_large_as_a = replace(rows, force_n=rows.force_n - rows.pressure_b_pa * area)
+    found = fit_declared(as_large_as_a, rodless, kind)
+    assert found.known.rod_m == pytest.approx(KNOWN.rod_m, rel=0.01)
+    assert found.evidence.force_n == pytest.approx(rows.force_n, abs=15.0)
+    assert any(str(used).startswith("rod_m: not declared, found 0.04") for used in found.used)
+
+
+def test_a_rod_is_not_thicker_than_its_bore_and_without_chamber_b_is_none() -> None:
+    rodless = KNOWN.model_copy(update={"rod_m": None})
+    rows = evidence()
+    absurd = replace(rows, force_n=rows.force_n - 2.0 * rows.pressure_b_pa * KNOWN.area_a_m2)
+    found = fit_declared(absurd, rodless, "vertical-leg").known.rod_m
+    assert found is not None and found < KNOWN.bore_m
+    one_chamber = replace(rows, pressure_b_pa=np.zeros(400))
+    assert unknowns(one_chamber, rodless, "vertical-leg") == ([], [])

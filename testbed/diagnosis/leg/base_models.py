@@ -85,13 +85,14 @@ are no finding."""
 
 def declared(rig: Rig, identified: LegModel | None = None) -> LegModel:
     """The declared model without friction; what is declared as null and cannot be 0 is filled from
-    the data, a leg's mass by its identification.
+    the data, a leg's mass and a rod by their identification.
     """
     known = rig.known
     changes: dict[str, float] = {}
-    if identified is not None and not_declared(rig):
+    if identified is not None:
         # an axis that lies and goes steadily shows no mass, and needs none
-        changes["moving_mass_kg"] = identified.known.moving_mass_kg or 0.0
+        found = {number: getattr(identified.known, number) for number in not_declared(rig)}
+        changes.update({number: value or 0.0 for number, value in found.items()})
     if known.stroke_m is None:
         position_m = np.concatenate([recording.position_m for recording in rig.identify])
         changes["stroke_m"] = float(max(np.ptp(position_m), 1e-3))
@@ -99,9 +100,14 @@ def declared(rig: Rig, identified: LegModel | None = None) -> LegModel:
 
 
 def not_declared(rig: Rig) -> tuple[str, ...]:
-    """Numbers of a leg that identification finds where the rig declares none: no findings."""
-    is_leg = rig.kind == "vertical-leg"
-    return ("moving_mass_kg",) if is_leg and rig.known.moving_mass_kg is None else ()
+    """Numbers that identification finds where the rig declares none: no findings."""
+    needed = {
+        "moving_mass_kg": rig.kind == "vertical-leg",
+        "rod_m": any(recording.pressure_b_pa is not None for recording in rig.identify),
+    }
+    return tuple(
+        name for name, needs in needed.items() if needs and getattr(rig.known, name) is None
+    )
 
 
 def _clocked(problem: Problem) -> Coordinate:

@@ -55,6 +55,8 @@ ACCELERATES_M_S2 = 0.05
 """Standard deviation of the acceleration below which no mass shows by its inertia."""
 WEIGHS_M_S2 = 1.0
 """Gravity along the axis from which on a mass shows by its weight."""
+THICKEST = 0.95
+"""Diameter of the thickest rod, as a share of the bore's (E)."""
 ASYMMETRY = 0.25
 """Standard deviation of half the difference of Coulomb friction out and in, as its share (E)."""
 
@@ -64,19 +66,20 @@ class Unknown:
     """One number that may differ from what is declared, and how the rows' force changes with it.
 
     `column` (m,): change of the force left over per unit. `width`: one tolerance, infinite where
-    nothing is declared. `low`: least change that leaves a number that can be. A `bore_m` or `rod_m`
-    changes as its area, m2.
+    nothing is declared. `low`, `high`: least and largest change that leave a number that can be. A
+    `bore_m` or `rod_m` changes as its area, m2.
     """
 
     name: str
     column: Array
     width: float = math.inf
     low: float = -math.inf
+    high: float = math.inf
 
     @property
     def bounds(self) -> tuple[float, float]:
         """Least and largest change."""
-        return max(-MOST * self.width, self.low), MOST * self.width
+        return max(-MOST * self.width, self.low), min(MOST * self.width, self.high)
 
 
 @dataclass(frozen=True)
@@ -159,6 +162,10 @@ def unknowns(evidence: Evidence, known: Known, kind: str) -> tuple[list[Unknown]
         elif mass > 0.0 and kind != "vertical-leg":
             width = mass * known.tolerance("moving_mass_kg")
             within.append(Unknown("moving_mass_kg", column, width, -mass))
+    if known.bore_m and known.rod_m is None and evidence.pressure_b_pa.any():
+        # The rows have no rod: chamber B is as large as A there.
+        most = THICKEST**2 * 0.25 * math.pi * known.bore_m**2
+        free.append(Unknown("rod_m", -evidence.pressure_b_pa, low=0.0, high=most))
     if kind != "vertical-leg":
         free.append(Unknown("force_offset_n", -np.ones(len(evidence))))
     if kind == "cylinder":
@@ -178,9 +185,11 @@ def _area(name: str, column: Array, known: Known) -> Unknown:
 def _used(unknown: Unknown, known: Known, change: float) -> Used:
     """What came of one number: areas as diameters again."""
     declared = getattr(known, unknown.name)
-    if declared is None:
-        return Used(unknown.name, "kg", None, max(change, 0.0))
     of_area = unknown.name != "moving_mass_kg"
+    if declared is None:
+        found = max(change, 0.0)
+        found = math.sqrt(4.0 / math.pi * found) if of_area else found
+        return Used(unknown.name, "m" if of_area else "kg", None, found)
     used = math.sqrt(declared**2 + 4.0 / math.pi * change) if of_area else declared + change
     low, high = unknown.bounds
     return Used(

@@ -84,7 +84,6 @@ def gather(recordings: Sequence[Recording], known: Known) -> Evidence:
 
 def _rows(recording: Recording, known: Known, number: int) -> Evidence:
     check_chambers(recording)
-    check_rod(recording, known)
     check_alive(recording)
     seen = seen_in(recording, known)
     signals, pick = seen.signals, seen.rows(recording)
