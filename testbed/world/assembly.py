@@ -100,6 +100,7 @@ class Assembled:
 
     def set_friction(self, friction: float) -> None:
         """Another friction of the ground, but for patches and feet with one of their own."""
+        self.engine.set_friction(friction)
         if self.footing is not None:
             self.footing.set_friction(friction)
             return

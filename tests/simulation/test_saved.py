@@ -21,6 +21,13 @@ CASES = {
     "distribution": ["drill_slope_45", "task.start_s=0.1", "control.distribution=qp"],
     "loose": ["loose_ground"],
     "rough": ["crawl_rough_45", "task.start_s=0.05"],
+    "lying": [
+        "stand_slope_45",
+        "robot.vertical_m=0",
+        "terrain.slope_deg=20",
+        "ropes.enabled=false",
+        "events=[{kind: set_friction, at_s: 0.1, friction: 0.3}]",
+    ],
     "detector": ["stand_slope_45", "estimator.detector=glr", "machine.draw=workshop"],
 }
 
