@@ -228,7 +228,7 @@ class Simulation:
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
-        self._scheduled.push(t)
+        self._scheduled.push(self._schedule.tick * self.dt)
         self._follow(m.gait.command(t, self._schedule.tick * self.dt, Measured(self._row)), t)
         self._watch(t)
         if m.footing is not None:

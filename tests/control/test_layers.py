@@ -16,7 +16,7 @@ from testbed.control.gaits.standing import Hold
 from testbed.control.layers import LEARN_S, KeepMast, Supervisor, Trim
 from testbed.errors import InputError
 from testbed.robot.model import rotation_from_attitude
-from testbed.scenario.events import LiftFoot
+from testbed.scenario.events import LiftFoot, SetRope
 from testbed.scenario.scenario import load_scenario
 
 STEEP = load_scenario("stand_slope_45", ["terrain.slope_deg=75"])
@@ -91,6 +91,17 @@ def test_a_foot_that_is_lifted_twice_carries_in_between_and_not_while_it_is_up()
     gait, now = Hold(START, None, lifts), Measured.of()
     carries = [bool(gait.command(t, 0.01, now).stance[0]) for t in (1.0, 3.0, 6.0, 11.0, 13.0)]
     assert carries == [True, False, True, False, True]
+
+
+@pytest.mark.parametrize("duration_s", [0.004, 0.2, 0.3, 1.0])
+@pytest.mark.parametrize("at_s", [0.1, 0.103, 0.29])
+def test_a_rope_is_paid_out_by_the_length_that_the_event_says(
+    at_s: float, duration_s: float
+) -> None:
+    event = SetRope(kind="set_rope", at_s=at_s, rope="right", pay_out_m=0.04, duration_s=duration_s)
+    gait, now = Hold(START, None, (event,)), Measured.of()
+    rates = [gait.command(0.01 * k, 0.01, now).rope_rates_m_s for k in range(200)]
+    assert 0.01 * np.sum(rates, axis=0) == pytest.approx([0.0, 0.04], rel=1e-9)
 
 
 @pytest.mark.parametrize(
