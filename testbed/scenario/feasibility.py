@@ -21,6 +21,7 @@ from testbed.machine.model import MOST_RINGING, Machine, fastest_rad_s, least_ra
 from testbed.machine.names import LEGS
 from testbed.machine.overridden import check_effective, check_kind
 from testbed.machine.urdf_check import lacking
+from testbed.scenario.events import CutRope, Payload, SetRope, SetSupply
 from testbed.scenario.machines import machines_of
 from testbed.scenario.parts import Hydraulics, Robot
 from testbed.scenario.tasks import Chain, Raise
@@ -45,6 +46,12 @@ NUMBERS = r"hydraulics\.parameters\."
 RULES = (
     Rule(r"ropes\.(?!enabled$)\w+", "ropes.enabled", "true", lambda s: not s.ropes.enabled),
     Rule(r"ropes\.share", "ropes.tension_n", "null", lambda s: s.ropes.tension_n is not None),
+    Rule(
+        r"hydraulics\.supply_pressure_pa",
+        "hydraulics.pump",
+        "true",
+        lambda s: not s.hydraulics.pump,
+    ),
     Rule(r"control\.dither_hz", "control.dither_m", "> 0", lambda s: s.control.dither_m == 0.0),
     Rule(r"control\.thrust_reserve", "task", "one that drills", lambda s: s.drilling is None),
     Rule(r"terrain\.settle_s", "terrain.plastic_n_m", "> 0", lambda s: not s.terrain.loose),
@@ -134,6 +141,7 @@ def check_feasible(scenario: Scenario, file: Path) -> None:
     for number, value in believed.items():
         check_kind(number, value, machines.belief, file, "model.parameters")
     _check_has(scenario, truth, file)
+    _check_acts(scenario, truth, file)
     _check_clock(scenario, truth, file)
     _check_store(scenario, truth, file)
     _check_posture(scenario.robot, truth, file)
@@ -188,6 +196,27 @@ def _check_has(scenario: Scenario, machine: Machine, file: Path) -> None:
     for link, asked, field, allowed in wanted:
         if asked and link in lacks:
             raise InputError(f"the machine has no {link}", file=file, field=field, allowed=allowed)
+
+
+def _check_acts(scenario: Scenario, machine: Machine, file: Path) -> None:
+    """Refuse events and undeclared effects where there is nothing that they act on."""
+    roped, drills = scenario.ropes.enabled, scenario.drilling is not None
+    lacking_of: dict[type, tuple[bool, str]] = {
+        CutRope: (not roped, "ropes.enabled: true"),
+        SetRope: (not roped, "ropes.enabled: true"),
+        SetSupply: (not scenario.hydraulics.pump, "hydraulics.pump: true"),
+        Payload: ("rod_store" in lacking(machine.urdf), "a machine with a rod store"),
+    }
+    idle = [(f"events.{k}", e.kind, lacking_of.get(type(e))) for k, e in enumerate(scenario.events)]
+    for number, entry in enumerate(scenario.undeclared):
+        lacks = not roped if entry.at.startswith("rope") else entry.at == "drill" and not drills
+        needed = "ropes.enabled: true" if entry.at.startswith("rope") else "a task that drills"
+        idle.append((f"undeclared.{number}", entry.effect, (lacks, needed)))
+    for field, what, found in idle:
+        if found is not None and found[0]:
+            raise InputError(
+                "would have no effect", file=file, field=field, value=what, allowed=found[1]
+            )
 
 
 def _check_store(scenario: Scenario, machine: Machine, file: Path) -> None:

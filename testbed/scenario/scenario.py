@@ -32,7 +32,17 @@ from testbed.scenario.parts import (
     Undeclared,
 )
 from testbed.scenario.raw import fill_in, locate, put, spell_chain
-from testbed.scenario.tasks import Chain, Crawl, Drill, Program, RodChange, Stand, Sway, Task
+from testbed.scenario.tasks import (
+    Chain,
+    Commission,
+    Crawl,
+    Drill,
+    Program,
+    RodChange,
+    Stand,
+    Sway,
+    Task,
+)
 from testbed.scenario.terrain import Terrain
 
 FORMAT = "roboclimber-scenario/1"
@@ -81,7 +91,7 @@ class Scenario(Checked):
                 )
         if isinstance(self.task, Stand | Sway) and self.task.for_s is not None:
             raise impossible("task.for_s: a task alone goes on to the end", "duration_s")
-        if isinstance(self.task, Crawl | Sway | Program | Chain):
+        if isinstance(self.task, Commission | Crawl | Sway | Program | Chain):
             for event in self.events:
                 if isinstance(event, LiftFoot | SetRope):
                     raise impossible(

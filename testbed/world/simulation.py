@@ -26,7 +26,7 @@ from testbed.formats.arrays import Array
 from testbed.formats.sockets import user_code
 from testbed.machine.names import VERTICAL
 from testbed.recording.rows import DataRow
-from testbed.scenario.events import LiftFoot, SetRope
+from testbed.scenario.events import LiftFoot, SetRope, Stop, Turn
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
 from testbed.world import sensing
@@ -305,8 +305,8 @@ class Simulation:
             self.finished = True
 
     def _happen(self, event: Any, t: float) -> None:
-        self.events.append({"t": t, **event.model_dump(exclude={"at_s"})})
         self._scheduled.happen(event)
+        self.events.append({"t": t, **event.model_dump(exclude={"at_s"})})
 
     def last_rows(self) -> tuple[Array, Array]:
         """The rows of the last block as far as it came: after a SimulationFault, what led to it."""
@@ -366,7 +366,7 @@ class Simulation:
         """Let an event happen now, whatever its time. Raises InputError for one that a gait carries
         out.
         """
-        if isinstance(event, LiftFoot | SetRope):
+        if isinstance(event, LiftFoot | SetRope | Stop | Turn):
             raise InputError(
                 "is carried out by the task from its start on",
                 field="event",

@@ -15,6 +15,7 @@ from testbed.scenario.scenario import load_scenario
 BESIDE = (
     ("ropes.enabled=false", "ropes.share=0.5"),
     ("ropes.tension_n=[9000, 9000]", "ropes.share=0.5"),
+    ("hydraulics.pump=false", "hydraulics.supply_pressure_pa=8e6"),
     ("control.dither_m=0", "control.dither_hz=3"),
     ("task={kind: stand}", "control.thrust_reserve=0.5"),
     ("terrain.plastic_n_m=null", "terrain.settle_s=2"),
@@ -59,3 +60,35 @@ def test_a_file_that_gives_both_is_refused(tmp_path: Path) -> None:
     file.write_text("format: roboclimber-scenario/1\nropes: {enabled: false, share: 0.5}\n")
     with pytest.raises(InputError, match=r"ropes\.share = 0\.5: would have no effect"):
         load_scenario(file)
+
+
+@pytest.mark.parametrize(
+    ("needed", "change"),
+    [
+        ("ropes.enabled", "events=[{kind: cut_rope, at_s: 1, rope: left}]"),
+        ("ropes.enabled", "events=[{kind: set_rope, at_s: 1, rope: left, pay_out_m: 0.1}]"),
+        (
+            "ropes.enabled",
+            "undeclared=[{effect: rope.stiffness, at: rope, parameters: {factor: 2}}]",
+        ),
+        ("hydraulics.pump", "events=[{kind: set_supply, at_s: 1, pressure_pa: 5e6}]"),
+    ],
+)
+def test_what_acts_on_something_that_is_not_there_is_refused(needed: str, change: str) -> None:
+    load_scenario("stand_slope_45", [change])
+    with pytest.raises(InputError, match=rf"0 = \S+: would have no effect .*{needed}: true"):
+        load_scenario("stand_slope_45", [change, f"{needed}=false"])
+
+
+def test_a_thrust_that_is_other_than_ordered_needs_one_that_is_ordered() -> None:
+    change = "undeclared=[{effect: drill.thrust, at: drill, parameters: {factor: 1.2}}]"
+    load_scenario("drill_slope_45", [change])
+    with pytest.raises(InputError, match=r"would have no effect .*a task that drills"):
+        load_scenario("stand_slope_45", [change])
+
+
+def test_a_task_that_moves_feet_and_ropes_by_itself_takes_no_orders_for_them() -> None:
+    for order in ("lift_foot, leg: fl", "set_rope, rope: left, pay_out_m: 0.1"):
+        change = [f"events=[{{kind: {order}, at_s: 1}}]", "task={kind: commission}"]
+        with pytest.raises(InputError, match="moves what the task commission moves itself"):
+            load_scenario("stand_slope_45", change)

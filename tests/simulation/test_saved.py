@@ -101,6 +101,10 @@ def test_branches_differ_by_seed_and_by_what_happens(saved: tuple[testbed.Run, S
     ("kind", "fields", "match"),
     [
         ("lift_foot", {"leg": "fl"}, "carried out by the task"),
+        ("stop", {"duration_s": 1.0}, "carried out by the task"),
+        ("turn", {"heading_deg": 20.0}, "carried out by the task"),
+        ("cut_rope", {"rope": "left", "at_s": 9.0}, "happens now"),
+        ("payload", {"mass_kg": -1000.0}, "more mass off the rod store than it has"),
         ("cut_rope", {"rope": "middle"}, "rope"),
         ("explode", {}, "unknown kind"),
     ],
@@ -108,8 +112,10 @@ def test_branches_differ_by_seed_and_by_what_happens(saved: tuple[testbed.Run, S
 def test_what_cannot_happen_now_is_refused(
     saved: tuple[testbed.Run, State], kind: str, fields: dict[str, Any], match: str
 ) -> None:
+    before = list(saved[0].events)
     with pytest.raises(InputError, match=match):
         saved[0].happen(kind, **fields)
+    assert saved[0].events == before, "told of what has not happened"
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 broken", b"\x93NUMPY"])
