@@ -200,23 +200,27 @@ def _check_has(scenario: Scenario, machine: Machine, file: Path) -> None:
 
 def _check_acts(scenario: Scenario, machine: Machine, file: Path) -> None:
     """Refuse events and undeclared effects where there is nothing that they act on."""
-    roped, drills = scenario.ropes.enabled, scenario.drilling is not None
-    lacking_of: dict[type, tuple[bool, str]] = {
-        CutRope: (not roped, "ropes.enabled: true"),
-        SetRope: (not roped, "ropes.enabled: true"),
-        SetSupply: (not scenario.hydraulics.pump, "hydraulics.pump: true"),
-        Payload: ("rod_store" in lacking(machine.urdf), "a machine with a rod store"),
-    }
-    idle = [(f"events.{k}", e.kind, lacking_of.get(type(e))) for k, e in enumerate(scenario.events)]
+    no_ropes, no_drill = not scenario.ropes.enabled, scenario.drilling is None
+    no_pump, no_store = not scenario.hydraulics.pump, "rod_store" in lacking(machine.urdf)
+    idle: list[tuple[str, str, str]] = []
+    for number, event in enumerate(scenario.events):
+        here = f"events.{number}", event.kind
+        if isinstance(event, CutRope | SetRope) and no_ropes:
+            idle.append((*here, "ropes.enabled: true"))
+        elif isinstance(event, SetSupply) and no_pump:
+            idle.append((*here, "hydraulics.pump: true"))
+        elif isinstance(event, Payload) and no_store:
+            idle.append((*here, "a machine with a rod store"))
     for number, entry in enumerate(scenario.undeclared):
-        lacks = not roped if entry.at.startswith("rope") else entry.at == "drill" and not drills
-        needed = "ropes.enabled: true" if entry.at.startswith("rope") else "a task that drills"
-        idle.append((f"undeclared.{number}", entry.effect, (lacks, needed)))
-    for field, what, found in idle:
-        if found is not None and found[0]:
-            raise InputError(
-                "would have no effect", file=file, field=field, value=what, allowed=found[1]
-            )
+        here = f"undeclared.{number}", entry.effect
+        if entry.at.startswith("rope") and no_ropes:
+            idle.append((*here, "ropes.enabled: true"))
+        elif entry.at == "drill" and no_drill:
+            idle.append((*here, "a task that drills"))
+    for field, what, allowed in idle:
+        raise InputError(
+            "would have no effect", file=file, field=field, value=what, allowed=allowed
+        )
 
 
 def _check_store(scenario: Scenario, machine: Machine, file: Path) -> None:
