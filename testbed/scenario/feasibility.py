@@ -203,6 +203,7 @@ def _check_acts(scenario: Scenario, machine: Machine, file: Path) -> None:
     no_ropes, no_drill = not scenario.ropes.enabled, scenario.drilling is None
     no_pump, no_store = not scenario.hydraulics.pump, "rod_store" in lacking(machine.urdf)
     idle: list[tuple[str, str, str]] = []
+    here: tuple[str, str]
     for number, event in enumerate(scenario.events):
         here = f"events.{number}", event.kind
         if isinstance(event, CutRope | SetRope) and no_ropes:

@@ -199,6 +199,11 @@ class Engine:
             self.robot, link, contactStiffness=stiffness_n_m, contactDamping=damping_n_s_m
         )
 
+    @property
+    def friction_under_feet(self) -> Array:
+        """Friction coefficient of the ground under each foot now, (4,)."""
+        return self._footing[:, 0].copy()
+
     def set_friction(self, friction: float) -> None:
         """The ground's friction coefficient where the robot lies on it or leans against it: of all
         links that are no feet.
