@@ -263,16 +263,23 @@ def _check_posture(robot: Robot, machine: Machine, file: Path) -> None:
 
 
 def _check_raise(scenario: Scenario, machine: Machine, file: Path) -> None:
-    """Refuse to raise the body further than the vertical cylinders go."""
+    """Refuse to raise the body further than the vertical cylinders go, or no further than it
+    stands.
+    """
     task = scenario.task
     tasks = task.tasks if isinstance(task, Chain) else (task,)
     stroke_m = min(machine.axes[f"{leg}_vertical"].travel_m for leg in LEGS)
+    stands_m = min(scenario.robot.vertical_m)
     for part in tasks:
-        if isinstance(part, Raise) and part.to_m > stroke_m:
+        if not isinstance(part, Raise):
+            continue
+        if not stands_m < part.to_m <= stroke_m:
+            beyond = part.to_m > stroke_m
             raise InputError(
-                "is beyond the vertical cylinders' stroke",
+                "is beyond the vertical cylinders' stroke" if beyond else "raises nothing",
                 file=file,
                 field="task.to_m",
                 value=part.to_m,
-                allowed=f"at most {stroke_m:g} m",
+                allowed=f"more than {stands_m:g} m, at most {stroke_m:g} m",
             )
+        stands_m = part.to_m

@@ -71,14 +71,14 @@ class Hold:
 
     def _raised(self, task: Raise, t: float) -> Array:
         """(4) extension of the vertical joints at time t, m: ramps of `speed_m_s`, a new one every
-        `every_s`.
+        `every_s`. One that is longer than wanted at the start stays so.
         """
         start = self._held.joints[list(VERTICAL)]
         if t <= task.start_s:
             return start
         steps, since = divmod(t - task.start_s, task.every_s)
         height = task.step_m * steps + min(task.step_m, since * task.speed_m_s)
-        return np.asarray(np.minimum(start + height, task.to_m))
+        return np.asarray(np.minimum(start + height, np.maximum(task.to_m, start)))
 
 
 def window(t: float, start: float, duration: float, edge: float) -> float:
