@@ -184,6 +184,10 @@ class Bound(Checked):
     def _says_something(self) -> Bound:
         if self.min is None and self.max is None and self.equals is None:
             raise impossible("bounds nothing", "min, max or equals")
+        if self.equals is not None and (self.min is not None or self.max is not None):
+            raise impossible("equals beside min or max", "one of both")
+        if self.min is not None and self.max is not None and self.min > self.max:
+            raise impossible("no number is so large and so small", "min up to max")
         return self
 
 

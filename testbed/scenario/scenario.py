@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection
+from itertools import accumulate
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -126,8 +127,11 @@ class Scenario(Checked):
 
     @property
     def taken_kg(self) -> float:
-        """What tasks and events take off the rod store, kg."""
-        taken = sum(max(-e.mass_kg, 0.0) for e in self.events if isinstance(e, Payload))
+        """The most that tasks and events have taken off the rod store at any time, kg: what is put
+        on it before may be taken off again.
+        """
+        loads = sorted((e for e in self.events if isinstance(e, Payload)), key=lambda e: e.at_s)
+        taken = max(0.0, *(-kg for kg in accumulate((e.mass_kg for e in loads), initial=0.0)))
         task = self.drilling
         if isinstance(task, Drill):
             laps = 1
@@ -135,6 +139,8 @@ class Scenario(Checked):
                 lap_s = sum(p.duration_s for p in task.phases)
                 laps = math.ceil(max(self.duration_s - task.start_s, 0.0) / lap_s)
             taken += laps * sum(p.rod_kg for p in task.phases if isinstance(p, RodChange))
+        elif isinstance(task, DrillHole):
+            taken += (task.rods_at_end - task.rods_at_start) * task.rod_kg
         return taken
 
 

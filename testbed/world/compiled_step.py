@@ -154,5 +154,5 @@ def schedule_of(rates: Rates, duration_s: float, chain_is_all: bool) -> Schedule
         | (SLOW if any(k % steps == 0 for steps in slow) else 0)
         for k in range(math.lcm(*every.values(), *slow))
     )
-    last = math.ceil(duration_s * hz / tick - 1e-9) * tick
+    last = max(math.ceil(duration_s * hz / tick - 1e-9), 1) * tick
     return Schedule(flags, tick, slow[1], every[SENSE], every[RECORD], last)

@@ -127,6 +127,23 @@ def test_a_store_cannot_give_more_rods_than_it_holds() -> None:
     )  # four laps: 80 kg
 
 
+def test_what_was_put_on_the_store_may_be_taken_off_again_and_rods_of_the_hole_may_not() -> None:
+    put, take = (
+        f"{{kind: payload, at_s: {at}, mass_kg: {kg}}}" for at, kg in ((1, 300), (2, -350))
+    )
+    load_scenario("stand_slope_45", [f"events=[{take}, {put}]"])
+    with pytest.raises(InputError, match="350 kg are taken off"):
+        load_scenario("stand_slope_45", [f"events=[{take.replace('at_s: 2', 'at_s: 0')}, {put}]"])
+    hole = "task={kind: drill_hole, rods: 4, rod_kg: 50, depth_m: 6}"  # three rods leave the store
+    for kg, fits in ((80, True), (100, False)):
+        change = [hole, f"events=[{{kind: payload, at_s: 1, mass_kg: {-kg}}}]"]
+        if fits:
+            load_scenario("stand_slope_45", change)
+            continue
+        with pytest.raises(InputError, match="250 kg are taken off a rod store of 240 kg"):
+            load_scenario("stand_slope_45", change)
+
+
 def test_control_believes_the_rods_in_the_store_that_the_scenario_declares() -> None:
     hole = load_scenario("drill_deep")
     assert hole.carried_kg > 100.0
