@@ -23,7 +23,7 @@ from testbed.machine.overridden import check_effective, check_kind
 from testbed.machine.urdf_check import lacking
 from testbed.scenario.events import CutRope, Payload, SetRope, SetSupply
 from testbed.scenario.machines import machines_of
-from testbed.scenario.parts import Hydraulics, Robot
+from testbed.scenario.parts import TICK_HZ, Hydraulics, Robot
 from testbed.scenario.tasks import Chain, Raise
 
 if TYPE_CHECKING:
@@ -143,6 +143,7 @@ def check_feasible(scenario: Scenario, file: Path) -> None:
     _check_has(scenario, truth, file)
     _check_acts(scenario, truth, file)
     _check_clock(scenario, truth, file)
+    _check_recorded(scenario, file)
     _check_store(scenario, truth, file)
     _check_posture(scenario.robot, truth, file)
     _check_raise(scenario, truth, file)
@@ -177,6 +178,19 @@ def _check_clock(scenario: Scenario, machine: Machine, file: Path) -> None:
             field="rates.physics_hz",
             value=rate_hz,
             allowed=f"at least {least_rate_hz(machine)}",
+        )
+
+
+def _check_recorded(scenario: Scenario, file: Path) -> None:
+    """Refuse a run that is over before its first row."""
+    ticks = math.ceil(TICK_HZ * scenario.duration_s)  # a run ends with a whole one
+    if ticks * scenario.rates.record_hz < TICK_HZ:
+        raise InputError(
+            "records no row in the scenario's duration",
+            file=file,
+            field="rates.record_hz",
+            value=scenario.rates.record_hz,
+            allowed=f"at least {math.ceil(TICK_HZ / ticks)}",
         )
 
 

@@ -20,6 +20,7 @@ from testbed.estimation.live.chain import step_chain
 from testbed.formats.arrays import Array
 from testbed.formats.records import Record, part
 from testbed.recording.rows import DataRow, TruthRow
+from testbed.scenario.parts import TICK_HZ
 from testbed.world import plant, sensing
 
 if TYPE_CHECKING:
@@ -60,8 +61,6 @@ SENSE, ESTIMATE, RECORD, CONTROL, PLANT, SLOW, MOVE, PLACE, FEET = 1, 2, 4, 8, 1
 """SLOW marks a step at which tasks, expected loads or the judge are due: the parts are called one
 by one then. MOVE takes over the engine's pose and belongs to every step, FEET finds the foot forces
 with it; PLACE does so for a body at rest."""
-TICK_HZ = 100
-"""Rate of the slow tick."""
 
 
 class RecordedRow(Record):

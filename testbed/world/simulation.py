@@ -361,6 +361,7 @@ class Simulation:
         m = self.machine
         m.noise_rng, m.added_noise_rng = (np.random.default_rng([seed, k]) for k in (1, 40))
         self._noise[:] = sensing.draw_noise(SAMPLES, m.noise_rng, m.added_noise_rng)
+        m.drill.reseed(seed)
 
     def happen(self, event: Any) -> None:
         """Let an event happen now, whatever its time. Raises InputError for one that a gait carries

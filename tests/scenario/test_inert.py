@@ -92,3 +92,22 @@ def test_a_task_that_moves_feet_and_ropes_by_itself_takes_no_orders_for_them() -
         change = [f"events=[{{kind: {order}, at_s: 1}}]", "task={kind: commission}"]
         with pytest.raises(InputError, match="moves what the task commission moves itself"):
             load_scenario("stand_slope_45", change)
+
+
+@pytest.mark.parametrize(
+    ("patch", "said"),
+    [
+        ("{foot: fl, x_m: 3, friction: 0.1}", "a foot's place beside x_m or y_m"),
+        ("{x_m: 3}", "a patch of the same ground"),
+    ],
+)
+def test_a_patch_is_one_place_of_other_ground(patch: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        load_scenario("stand_slope_45", [f"terrain.patches=[{patch}]"])
+
+
+def test_a_run_that_would_be_over_before_its_first_row_is_refused() -> None:
+    load_scenario("stand_slope_45", ["rates.record_hz=2"], duration=0.5)
+    load_scenario("stand_slope_45", ["rates.record_hz=100"], duration=0.001)
+    with pytest.raises(InputError, match=r"rates\.record_hz = 1: records no row .*at least 2"):
+        load_scenario("stand_slope_45", ["rates.record_hz=1"], duration=0.5)

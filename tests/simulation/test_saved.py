@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 import testbed
+from testbed.cli import main
 from testbed.errors import InputError
+from testbed.simulation.run import Beginning, run_scenario
 from testbed.world.saved import State, read_state
 
 AT, MORE = 300, 150
@@ -116,6 +118,27 @@ def test_what_cannot_happen_now_is_refused(
     with pytest.raises(InputError, match=match):
         saved[0].happen(kind, **fields)
     assert saved[0].events == before, "told of what has not happened"
+
+
+@pytest.mark.slow
+def test_no_run_goes_on_from_beyond_its_end_and_nothing_is_written(
+    saved: tuple[testbed.Run, State], tmp_path: Path
+) -> None:
+    ended = _scenario("drill", 40)
+    with pytest.raises(InputError, match=r"duration_s = 0\.04: is over at the state's 0\.05 s"):
+        run_scenario(ended, tmp_path / "on", beginning=Beginning(saved[1]))
+    assert not (tmp_path / "on").exists()
+
+
+def test_a_state_from_after_the_end_is_refused_with_how_it_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "state.npz"
+    monkeypatch.setattr("sys.argv", ["testbed", "save", "slide", "--at", "8", "--out", str(file)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2 and "--at = 8.0: slid at 0.5 s" in capsys.readouterr().err
+    assert not file.exists()
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 broken", b"\x93NUMPY"])
