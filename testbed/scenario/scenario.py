@@ -183,7 +183,7 @@ def load_scenario(
     changes = {change.partition("=")[0].strip() for change in overrides}
     if idle := overruled_fields(scenario, _given(scenario), changes, path):
         scenario = checked(Scenario, _without(scenario, idle), path)
-    scenario = _on_its_slope(scenario)
+    scenario = _on_its_slope(scenario, path)
     check_feasible(scenario, path)
     return scenario
 
@@ -214,16 +214,25 @@ def _without(scenario: Scenario, fields: Collection[str]) -> dict[str, Any]:
     return data
 
 
-def _on_its_slope(scenario: Scenario) -> Scenario:
-    """Where the ground comes from an elevation file in the world's frame, its slope is the
-    file's.
+def _on_its_slope(scenario: Scenario, file: Path) -> Scenario:
+    """Where the ground comes from an elevation file in the world's frame, its slope is the file's.
+    Raises InputError where the scenario says another one.
     """
     terrain = scenario.terrain
     if terrain.elevation is None:
         return scenario
     from testbed.scenario.elevation import slope_of
 
-    changed = terrain.model_copy(update={"slope_deg": slope_of(terrain)})
+    slope_deg = slope_of(terrain)
+    if terrain.slope_deg != 0.0 and not math.isclose(terrain.slope_deg, slope_deg, rel_tol=1e-6):
+        raise InputError(
+            "would have no effect: terrain.elevation rules it",
+            file=file,
+            field="terrain.slope_deg",
+            value=terrain.slope_deg,
+            allowed=f"the file's own, {slope_deg:.4g}, or terrain.elevation.frame: slope",
+        )
+    changed = terrain.model_copy(update={"slope_deg": slope_deg})
     return scenario.model_copy(update={"terrain": changed})
 
 

@@ -61,6 +61,15 @@ def test_an_even_hill_in_a_file_is_an_even_slope_towards_x(
     assert ground.heights_m.shape[0] == ground.heights_m.shape[1] >= 2 * 3.0 / terrain.cell_m
 
 
+def test_a_slope_beside_a_file_that_has_its_own_is_refused(tmp_path: Path) -> None:
+    hill(tmp_path / "hill.asc", 30.0)
+    file = scenario(tmp_path, "{kind: elevation, elevation: {file: hill.asc}}")
+    again = [f"terrain.slope_deg={load_scenario(file).terrain.slope_deg!r}"]
+    assert load_scenario(file, again) == load_scenario(file), "as a run's folder has it"
+    with pytest.raises(InputError, match=r"slope_deg = 60.0: would have no effect: .* own, 30,"):
+        load_scenario(file, ["terrain.slope_deg=60"])
+
+
 def test_a_bump_on_a_slope_stands_where_it_is(tmp_path: Path) -> None:
     """A bump, 0.2 m high and 1 m wide, 2 m up a 40 degree hill that rises towards -y: its top
     stands at x = 2.
