@@ -43,6 +43,7 @@ class Rule:
 
 
 NUMBERS = r"hydraulics\.parameters\."
+SENSOR = rf"{NUMBERS}(axes\.\w+\.)?sensor\."
 RULES = (
     Rule(r"ropes\.(?!enabled$)\w+", "ropes.enabled", "true", lambda s: not s.ropes.enabled),
     Rule(r"ropes\.share", "ropes.tension_n", "null", lambda s: s.ropes.tension_n is not None),
@@ -74,10 +75,34 @@ RULES = (
         lambda s: "friction" in s.hydraulics.without,
     ),
     Rule(
-        rf"{NUMBERS}(axes\.\w+\.)?sensor\.pressure_(noise|resolution)_pa",
+        rf"{SENSOR}(pressure_(noise|resolution|ripple|linearity|hysteresis)|thermal)_\w+",
         "sensors.without",
         "a list without pressure",
         lambda s: "pressure" in s.sensors.without,
+    ),
+    Rule(
+        rf"{SENSOR}(\w+_noise|pressure_ripple)_\w+",
+        "sensors.noise",
+        "true",
+        lambda s: not s.sensors.noise,
+    ),
+    Rule(
+        rf"{SENSOR}(encoder|pressure_resolution|temperature_resolution)_\w+",
+        "sensors.quantisation",
+        "true",
+        lambda s: not s.sensors.quantisation,
+    ),
+    Rule(
+        rf"{SENSOR}thermal_\w+",
+        "sensors.thermal_drift",
+        "true",
+        lambda s: not s.sensors.thermal_drift,
+    ),
+    Rule(
+        rf"{SENSOR}pressure_(linearity|hysteresis)_pa",
+        "sensors.characteristic",
+        "true",
+        lambda s: not s.sensors.characteristic,
     ),
     Rule(
         rf"{NUMBERS}traction\.(stroke_m|seat_m|clamp_s|return_speed_m_s)",

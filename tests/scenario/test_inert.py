@@ -23,6 +23,10 @@ BESIDE = (
     ("terrain.kind=plane", "terrain.cell_m=0.2"),
     ("hydraulics.without=[friction]", "hydraulics.parameters.vertical_cylinder.coulomb_out_n=700"),
     ("sensors.without=[pressure]", "hydraulics.parameters.sensor.pressure_noise_pa=2e4"),
+    ("sensors.noise=false", "hydraulics.parameters.sensor.rope_tension_noise_n=90"),
+    ("sensors.quantisation=false", "hydraulics.parameters.sensor.encoder_linear_m=1e-3"),
+    ("sensors.thermal_drift=false", "hydraulics.parameters.sensor.thermal_zero_share=0.02"),
+    ("sensors.characteristic=false", "hydraulics.parameters.sensor.pressure_linearity_pa=5e4"),
     ("ropes.strokes=false", "hydraulics.parameters.traction.stroke_m=0.3"),
 )
 """What puts a field out of use, and another value of that field: one for each rule."""
