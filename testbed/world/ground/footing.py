@@ -119,6 +119,19 @@ class Footing:
         """Stiffness under each foot (4), N/m."""
         return np.array([p.stiffness_n_m for p in self._under])
 
+    def own_friction(self, feet_in_world: Array) -> Array:
+        """Friction of what is hidden under feet or of a patch with one of its own, (4,), with the
+        undersides at these places (4, 3), m; nan where it is the ground's.
+        """
+        found = np.full(len(LEGS), np.nan)
+        for leg, foot in enumerate(feet_in_world @ self._rotation):
+            place, hidden = self._patch_at(foot), self._hidden[leg].friction
+            if hidden is not None:
+                found[leg] = hidden
+            elif not self._of_ground[place]:
+                found[leg] = self._places[place].friction
+        return found
+
     def _place_of(self, leg: int) -> Place:
         """The place that a foot is on, with the friction that it hides."""
         place, friction = self._places[self._on[leg]], self._hidden[leg].friction
