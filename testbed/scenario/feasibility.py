@@ -21,7 +21,6 @@ from testbed.machine.model import MOST_RINGING, Machine, fastest_rad_s, least_ra
 from testbed.machine.names import LEGS
 from testbed.machine.overridden import check_effective, check_kind
 from testbed.machine.urdf_check import lacking
-from testbed.scenario.events import CutRope, Payload, SetRope, SetSupply
 from testbed.scenario.machines import machines_of
 from testbed.scenario.parts import TICK_HZ, Hydraulics, Robot
 from testbed.scenario.tasks import Chain, Raise
@@ -238,29 +237,23 @@ def _check_has(scenario: Scenario, machine: Machine, file: Path) -> None:
 
 
 def _check_acts(scenario: Scenario, machine: Machine, file: Path) -> None:
-    """Refuse events and undeclared effects where there is nothing that they act on."""
-    no_ropes, no_drill = not scenario.ropes.enabled, scenario.drilling is None
-    no_pump, no_store = not scenario.hydraulics.pump, "rod_store" in lacking(machine.urdf)
-    idle: list[tuple[str, str, str]] = []
-    here: tuple[str, str]
+    """Refuse events where there is nothing that they act on."""
+    needs = {
+        "cut_rope": ("ropes.enabled: true", scenario.ropes.enabled),
+        "set_rope": ("ropes.enabled: true", scenario.ropes.enabled),
+        "set_supply": ("hydraulics.pump: true", scenario.hydraulics.pump),
+        "payload": ("a machine with a rod store", "rod_store" not in lacking(machine.urdf)),
+    }
     for number, event in enumerate(scenario.events):
-        here = f"events.{number}", event.kind
-        if isinstance(event, CutRope | SetRope) and no_ropes:
-            idle.append((*here, "ropes.enabled: true"))
-        elif isinstance(event, SetSupply) and no_pump:
-            idle.append((*here, "hydraulics.pump: true"))
-        elif isinstance(event, Payload) and no_store:
-            idle.append((*here, "a machine with a rod store"))
-    for number, entry in enumerate(scenario.undeclared):
-        here = f"undeclared.{number}", entry.effect
-        if entry.at.startswith("rope") and no_ropes:
-            idle.append((*here, "ropes.enabled: true"))
-        elif entry.at == "drill" and no_drill:
-            idle.append((*here, "a task that drills"))
-    for field, what, allowed in idle:
-        raise InputError(
-            "would have no effect", file=file, field=field, value=what, allowed=allowed
-        )
+        allowed, there = needs.get(event.kind, ("", True))
+        if not there:
+            raise InputError(
+                "would have no effect",
+                file=file,
+                field=f"events.{number}",
+                value=event.kind,
+                allowed=allowed,
+            )
 
 
 def _check_store(scenario: Scenario, machine: Machine, file: Path) -> None:

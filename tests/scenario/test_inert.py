@@ -71,10 +71,6 @@ def test_a_file_that_gives_both_is_refused(tmp_path: Path) -> None:
     [
         ("ropes.enabled", "events=[{kind: cut_rope, at_s: 1, rope: left}]"),
         ("ropes.enabled", "events=[{kind: set_rope, at_s: 1, rope: left, pay_out_m: 0.1}]"),
-        (
-            "ropes.enabled",
-            "undeclared=[{effect: rope.stiffness, at: rope, parameters: {factor: 2}}]",
-        ),
         ("hydraulics.pump", "events=[{kind: set_supply, at_s: 1, pressure_pa: 5e6}]"),
     ],
 )
@@ -82,13 +78,6 @@ def test_what_acts_on_something_that_is_not_there_is_refused(needed: str, change
     load_scenario("stand_slope_45", [change])
     with pytest.raises(InputError, match=rf"0 = \S+: would have no effect .*{needed}: true"):
         load_scenario("stand_slope_45", [change, f"{needed}=false"])
-
-
-def test_a_thrust_that_is_other_than_ordered_needs_one_that_is_ordered() -> None:
-    change = "undeclared=[{effect: drill.thrust, at: drill, parameters: {factor: 1.2}}]"
-    load_scenario("drill_slope_45", [change])
-    with pytest.raises(InputError, match=r"would have no effect .*a task that drills"):
-        load_scenario("stand_slope_45", [change])
 
 
 def test_a_task_that_moves_feet_and_ropes_by_itself_takes_no_orders_for_them() -> None:
