@@ -218,13 +218,11 @@ def _margins(name: str, *changes: str) -> float:
 
 @pytest.mark.slow
 def test_margins_reckon_with_the_friction_that_is_there() -> None:
-    """Rain, or a patch under every foot, leaves what a slope of that friction from the start has."""
+    """Rain, or a patch under every foot, leaves what a slope of that friction has."""
     slippery = "terrain.friction=0.2"
     rain = "events=[{kind: set_friction, at_s: 0.4, friction: 0.2}]"
     ice = "terrain.patches=[{radius_m: 9, friction: 0.2}]"
-    dry, *wet = (
-        _margins("stand_slope_45", change)[0] for change in ("seed=1", slippery, rain, ice)
-    )
+    dry, *wet = (_margins("stand_slope_45", change) for change in ("seed=1", slippery, rain, ice))
     assert wet == pytest.approx(3 * [wet[0]], rel=0.05)
     assert dry > 2.0 * wet[0]
 
