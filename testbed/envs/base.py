@@ -377,7 +377,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         rows = TruthRow.from_table(truth)
         before = rows if self._last is None else TruthRow.from_table(self._last[1])
         self._last = data[-1:], truth[-1:]
-        stance = DataRow.from_table(data[-1:])["carrying"][0] == 1.0
+        stance = DataRow.from_table(data)["carrying"] == 1.0
         lost_n = self.scale.times("N") * LOST_N
         friction = self._sim.machine.engine.friction_under_feet
         return truth_of_step(rows, friction, stance, body_position(before[0]), lost_n)

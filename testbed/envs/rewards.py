@@ -47,7 +47,8 @@ def truth_of_step(
     before: Array,
     lost_n: float = LOST_N,
 ) -> Truth:
-    """Sum up the truth rows (n, TruthRow) of a step for the feet (4) in stance.
+    """Sum up the truth rows (n, TruthRow) of a step for the feet in stance: (n, 4) row by row, or
+    (4) for all rows.
 
     `friction`: coefficient of the ground under each foot (4), or one for all; `before`: the body's
     position (3) at the end of the step before, m; `lost_n`: a foot with less normal load is lost.
@@ -56,7 +57,8 @@ def truth_of_step(
     force = truth["foot_force_in_world"].reshape(len(truth), -1)
     lowest, use = np.full(normal.shape[1], np.inf), np.zeros(len(truth))
     coefficients = np.full(normal.shape[1], friction)
-    feet_of_rows(force, normal, (coefficients, lost_n), stance, lowest, use)
+    meant = np.ascontiguousarray(np.broadcast_to(stance, normal.shape))
+    feet_of_rows(force, normal, (coefficients, lost_n), meant, lowest, use)
     way = body_position(truth[-1]) - before
     return Truth(
         lowest_normal_n=float(lowest.min()) if stance.any() else 0.0,
@@ -80,12 +82,12 @@ def feet_of_rows(force: Any, normal: Any, rule: Any, meant: Any, lowest: Any, us
     (n,) of friction.
 
     force (n, 12) and normal (n, 4) of the feet, N; rule: coefficients of friction (4,), and the
-    normal load, N, below which a foot is lost; meant (4,).
+    normal load, N, below which a foot is lost; meant (n, 4).
     """
     frictions, lost_n = rule
     for row in range(normal.shape[0]):
         for leg in range(normal.shape[1]):
-            if not meant[leg]:
+            if not meant[row, leg]:
                 continue
             n, x, y, z = (
                 normal[row, leg],

@@ -222,6 +222,7 @@ def test_a_longer_stride_goes_further_in_a_step_and_the_step_is_a_group_of_swing
         for _ in range(3):
             _, reward, lost, _, info = env.step(np.array([action, 0.0, 0.0], dtype=np.float32))
             assert not lost and reward == pytest.approx(sum(info["reward_terms"].values()))
+            assert info["feet_lost"] < 2, "both have swung, which loses no foot"
             on_the_way.append(info["way_m"])
         assert env._gait.steps_done == 6
         ways[action] = on_the_way[2] - on_the_way[0]
