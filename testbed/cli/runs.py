@@ -92,6 +92,9 @@ def save(
         raise InputError("is out of range", field="--at", value=at, allowed=allowed)
     with waiting(f"simulating {at:g} s"), simulate(loaded, model=model) as run:
         run.step(round(at / run.dt_s))
+        if round((at - run.t_s) / run.dt_s) > 0:
+            verdict = f"{run.summary()['verdict']} at {run.t_s:g} s, and the run has ended"
+            raise InputError(verdict, field="--at", value=at, allowed=f"less than {run.t_s:g} s")
         print(f"{run.t_s:g} s: {run.save().write(out)}")
 
 

@@ -29,8 +29,9 @@ from testbed.envs.observations import (
     in_units,
     increase,
     increased,
+    rows_in,
 )
-from testbed.envs.randomisation import draw_overrides, named_set
+from testbed.envs.randomisation import draw_overrides, named_set, reset_options
 from testbed.envs.rewards import (
     HOLDING,
     LOST_N,
@@ -166,12 +167,12 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         episode; or `same_machine`, true for the run before with other noise.
 
         A draw that falls, slides or tears a rope before the agent's first step, or that cannot be
-        built, is drawn again.
+        built, is drawn again. Raises InputError for another option, and for both of these.
         """
         super().reset(seed=seed)
-        if (options or {}).get("same_machine"):
+        again, further = reset_options(options or {})
+        if again:
             return self._again()
-        further = [str(change) for change in (options or {}).get("overrides", ())]
         refused: InputError | None = None
         for _ in range(DRAWS):
             try:
@@ -247,14 +248,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             )
         self._begin(spec)
         self._observer = Observer(sim.data_columns, self.table)
-        self._rows = round(self._step_s * spec.rates.record_hz)
-        if self._rows < 1:
-            raise InputError(
-                "no row in a step",
-                field="rates.record_hz",
-                value=spec.rates.record_hz,
-                allowed=">= 100",
-            )
+        self._rows = rows_in(self._step_s, spec.rates.record_hz)
         self._last = None
         data, truth = self._settle()
         if not len(data) and self._sim.verdict == "stood":
@@ -304,7 +298,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         return picture
 
     def close(self) -> None:
-        """Give the engine's client back."""
+        """Give the engine's client back; the episode has ended then."""
+        self._ended = True
         if self._sim is not None:
             self._sim.close()
             self._sim = None
@@ -318,7 +313,6 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     def _begin(self, spec: Scenario) -> None:
         """Lay the agent's orders over the task's gait."""
-        self._friction = spec.terrain.friction
         machine = self._sim.machine
         self._trim = Trim(self.scale)
         machine.gait = Layered(machine.gait, (self._trim,))
@@ -383,9 +377,10 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         rows = TruthRow.from_table(truth)
         before = rows if self._last is None else TruthRow.from_table(self._last[1])
         self._last = data[-1:], truth[-1:]
-        stance = DataRow.from_table(data[-1:])["carrying"][0] == 1.0
+        stance = DataRow.from_table(data)["carrying"] == 1.0
         lost_n = self.scale.times("N") * LOST_N
-        return truth_of_step(rows, self._friction, stance, body_position(before[0]), lost_n)
+        friction = self._sim.machine.engine.friction_under_feet
+        return truth_of_step(rows, friction, stance, body_position(before[0]), lost_n)
 
     def _info(self, truth: Truth, data: Array) -> dict[str, Any]:
         return {

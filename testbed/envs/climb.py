@@ -92,7 +92,6 @@ class ClimbStepsEnv(RoboclimberEnv):
                 "does not crawl", field="task.kind", value=spec.task.kind, allowed="crawl"
             )
         self._task, self._gait = task, gait
-        self._friction = spec.terrain.friction
         self._stride, self._haste = Stride(task.step_length_m, task.swing_height_m), 1.0
         self._slip_m = self._work_j = self._t_s = self._took_s = self._way_m = 0.0
 
@@ -124,7 +123,7 @@ class ClimbStepsEnv(RoboclimberEnv):
 
     def _run(self) -> tuple[Array, Array]:
         """Until a group of swings is done, or the run ends: where no stride is within reach any
-        more, too.
+        more or the task's steps are made, too.
         """
         groups = self._gait.groups
         data, truth = np.empty((0, 0)), np.empty((0, 0))
@@ -134,6 +133,7 @@ class ClimbStepsEnv(RoboclimberEnv):
                 blocks.append(self._sim.run_block(1))
                 if self._gait.groups > groups and self._gait.between_groups:
                     break
+            self._sim.finished |= self._gait.done
         except InputError:
             self._sim.finished = True
         if blocks:

@@ -75,7 +75,6 @@ class DrillHoleEnv(RoboclimberEnv):
                 "drills no hole", field="task.kind", value=spec.task.kind, allowed="drill_hole"
             )
         self._task, self._end_s = spec.task, float(spec.duration_s)
-        self._friction = spec.terrain.friction
         self._orders, self._sharing = Orders(), Corrected()
         self._slip_m = self._diagonal = 0.0
         machine = self._sim.machine

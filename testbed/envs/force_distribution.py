@@ -40,7 +40,6 @@ class ForceDistributionEnv(RoboclimberEnv):
 
     def _begin(self, spec: Scenario) -> None:
         machine = self._sim.machine
-        self._friction = spec.terrain.friction
         self._sharing = Corrected()
         self._trim = Trim(self.scale)
         footing_sd_m = self.scale.length * FOOTING_SD_M

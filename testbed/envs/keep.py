@@ -72,7 +72,6 @@ class KeepEnv(RoboclimberEnv):
         return self.scale.length * SLIP_M
 
     def _begin(self, spec: Scenario) -> None:
-        self._friction = spec.terrain.friction
         self.fault_s = min((event.at_s for event in spec.events), default=0.0)
         self._hauled, self._raised_m = np.zeros(len(SIDES)), np.zeros(2)
         self._shifted_m = 0.0

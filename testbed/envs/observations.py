@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from testbed.control.distribution.corrected import VIEW
 from testbed.control.gait import Observed
 from testbed.control.layers import Trim
+from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
@@ -190,6 +191,21 @@ class Observer:
             self._raw[place] = orders[name]
         clipped = np.clip((self._raw - self._middle) / self._half, -1.0, 1.0)
         return np.asarray(clipped, dtype=np.float32)
+
+
+def rows_in(step_s: float, record_hz: int) -> int:
+    """Recorded rows that an observation is the mean of. Raises InputError where no whole number of
+    them makes a step.
+    """
+    rows = round(step_s * record_hz)
+    if rows < 1 or not math.isclose(rows, step_s * record_hz):
+        raise InputError(
+            f"makes no whole rows of a step of {1000.0 * step_s:g} ms",
+            field="rates.record_hz",
+            value=record_hz,
+            allowed="a whole multiple of 100",
+        )
+    return rows
 
 
 def in_units(

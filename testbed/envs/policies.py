@@ -14,7 +14,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from testbed.envs import named
+from testbed.envs import ENVIRONMENTS, named
 from testbed.errors import InputError, extra
 from testbed.formats.files import read_json
 from testbed.formats.networks import Network, network, read_network
@@ -80,7 +80,8 @@ def read_tensors(file: Path, part: str) -> Any:
 def play(
     policy: Path, scenario: str, seed: int = 0, gui: bool = False, video: Path | None = None
 ) -> dict[str, Any]:
-    """One episode of a policy on a scenario as it is written; `video`: a .mp4, .gif or .webp of it.
+    """One episode of a policy on a scenario as it is written, to its end, at the rates of the
+    policy's environment; `video`: a .mp4, .gif or .webp of it.
 
     Raises InputError for a file that is no policy or another task's, and for a video that cannot be
     written.
@@ -90,8 +91,14 @@ def play(
     task, network = read_policy(policy)
     film = Video(video) if video is not None else None
     mode = "human" if gui else "rgb_array" if video is not None else None
+    own = ENVIRONMENTS[named(task, "task")][1].get("overrides", ())
     env = gymnasium.make(
-        named(task, "task"), scenario=scenario, randomisation=None, render_mode=mode
+        named(task, "task"),
+        scenario=scenario,
+        overrides=[change for change in own if change.startswith("rates.")],
+        duration_s=None,
+        randomisation=None,
+        render_mode=mode,
     )
     shapes = (env.observation_space.shape, env.action_space.shape)
     if ((network.inputs,), (network.outputs,)) != shapes:

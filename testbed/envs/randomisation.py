@@ -32,6 +32,23 @@ def sets() -> dict[str, dict[str, Any]]:
     return {name: dict(chosen) for name, chosen in data["sets"].items()}
 
 
+def reset_options(options: Mapping[str, Any]) -> tuple[bool, list[str]]:
+    """What a reset is told: whether the machine stays, and further changes `a.b=c`. Raises
+    InputError for another option, and for both.
+    """
+    for option in options:
+        check_one_of(option, ("overrides", "same_machine"), "options", "no such option")
+    again, further = bool(options.get("same_machine")), options.get("overrides") or ()
+    if again and further:
+        raise InputError(
+            "would have no effect: options.same_machine rules it",
+            field="options.overrides",
+            value=list(further),
+            allowed="one of both",
+        )
+    return again, [str(change) for change in further]
+
+
 UNITS = {"kg": "kg", "n": "N", "m": "m", "hz": "Hz"}
 """What the name of a value that grows with the machine ends in, and its unit."""
 

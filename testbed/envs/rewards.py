@@ -41,17 +41,24 @@ class Truth:
 
 
 def truth_of_step(
-    truth: NDArray[Any], friction: float, stance: Flags, before: Array, lost_n: float = LOST_N
+    truth: NDArray[Any],
+    friction: float | Array,
+    stance: Flags,
+    before: Array,
+    lost_n: float = LOST_N,
 ) -> Truth:
-    """Sum up the truth rows (n, TruthRow) of a step for the feet (4) in stance.
+    """Sum up the truth rows (n, TruthRow) of a step for the feet in stance: (n, 4) row by row, or
+    (4) for all rows.
 
-    `before`: the body's position (3) at the end of the step before, m; `lost_n`: a foot with less
-    normal load is lost.
+    `friction`: coefficient of the ground under each foot (4), or one for all; `before`: the body's
+    position (3) at the end of the step before, m; `lost_n`: a foot with less normal load is lost.
     """
     normal = np.ascontiguousarray(truth["contact_normal"])
     force = truth["foot_force_in_world"].reshape(len(truth), -1)
     lowest, use = np.full(normal.shape[1], np.inf), np.zeros(len(truth))
-    feet_of_rows(force, normal, (friction, lost_n), stance, lowest, use)
+    coefficients = np.full(normal.shape[1], friction)
+    meant = np.ascontiguousarray(np.broadcast_to(stance, normal.shape))
+    feet_of_rows(force, normal, (coefficients, lost_n), meant, lowest, use)
     way = body_position(truth[-1]) - before
     return Truth(
         lowest_normal_n=float(lowest.min()) if stance.any() else 0.0,
@@ -70,19 +77,17 @@ def body_position(row: Any) -> Array:
 
 
 @njit
-def feet_of_rows(
-    force: Any, normal: Any, rule: tuple[float, float], meant: Any, lowest: Any, use: Any
-) -> None:
+def feet_of_rows(force: Any, normal: Any, rule: Any, meant: Any, lowest: Any, use: Any) -> None:
     """Lowest normal load (4) of each foot that is meant to carry and, of each row, the highest use
     (n,) of friction.
 
-    force (n, 12) and normal (n, 4) of the feet, N; rule: coefficient of friction, and the normal
-    load, N, below which a foot is lost; meant (4,).
+    force (n, 12) and normal (n, 4) of the feet, N; rule: coefficients of friction (4,), and the
+    normal load, N, below which a foot is lost; meant (n, 4).
     """
-    friction, lost_n = rule
+    frictions, lost_n = rule
     for row in range(normal.shape[0]):
         for leg in range(normal.shape[1]):
-            if not meant[leg]:
+            if not meant[row, leg]:
                 continue
             n, x, y, z = (
                 normal[row, leg],
@@ -91,7 +96,7 @@ def feet_of_rows(
                 force[row, 3 * leg + 2],
             )
             along = math.sqrt(max(x * x + y * y + z * z - n * n, 0.0))
-            use[row] = max(use[row], along / (friction * max(n, lost_n)))
+            use[row] = max(use[row], along / (frictions[leg] * max(n, lost_n)))
             lowest[leg] = min(lowest[leg], n)
 
 

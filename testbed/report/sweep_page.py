@@ -112,13 +112,14 @@ def _figure(results: Results) -> str | None:
 def _draw(ax: Axes, results: Results, paths: Sequence[str], shown: Shown) -> None:
     """A heat map of means where there are few values of each path, else a point a run."""
     found = values(results, shown)
-    axes = [[entry["changes"].get(path) for entry in results] for path in paths]
+    axes = [_axis([entry["changes"].get(path) for entry in results]) for path in paths]
     kinds = [_kinds(column) for column in axes] + [[""]] * (2 - len(paths))
     look: dict[str, Any] = {"cmap": "viridis_r" if shown.bad == "high" else "viridis"}
     if shown.path == "stood":
         look |= {"vmin": 0.0, "vmax": 1.0}
     if max(len(kind) for kind in kinds) > MOST_CELLS:
-        drawn: Any = ax.scatter(axes[0], axes[1] if len(axes) > 1 else found, c=found, s=18, **look)
+        at = [_places(column, kind) for column, kind in zip(axes, kinds, strict=False)]
+        drawn: Any = ax.scatter(at[0], at[1] if len(at) > 1 else found, c=found, s=18, **look)
     else:
         drawn = ax.imshow(_means(axes, kinds, found), origin="lower", aspect="auto", **look)
         ax.set_xticks(range(len(kinds[0])), [str(kind) for kind in kinds[0]])
@@ -128,6 +129,19 @@ def _draw(ax: Axes, results: Results, paths: Sequence[str], shown: Shown) -> Non
     if len(paths) > 1 and place is not None and place.is_first_col():
         ax.set_ylabel(paths[1])
     ax.figure.colorbar(drawn, ax=ax)
+
+
+def _axis(column: Sequence[Any]) -> list[Any]:
+    """The values as an axis takes them: numbers, or else all of them in words, lists too."""
+    numbers = all(isinstance(value, (int, float)) for value in column)
+    return list(column) if numbers else [str(value) for value in column]
+
+
+def _places(column: Sequence[Any], kinds: Sequence[Any]) -> list[Any]:
+    """Where values stand on an axis of points: numbers where they are, words one after the
+    other.
+    """
+    return [kinds.index(value) if isinstance(value, str) else value for value in column]
 
 
 def _kinds(column: Sequence[Any]) -> list[Any]:

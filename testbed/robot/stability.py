@@ -51,7 +51,7 @@ DIRECTIONS = np.vstack(
 def wrench_margin_n(
     feet_m: ArrayLike,
     normals: ArrayLike,
-    friction: float,
+    friction: float | Array,
     load: ArrayLike,
     at_m: ArrayLike,
     ropes: ArrayLike | None = None,
@@ -60,7 +60,8 @@ def wrench_margin_n(
     """Largest push, N, at `at_m` (3) in the worst direction; 0 where not even the load itself is
     held.
 
-    feet_m, normals (n, 3): the standing feet's contact points and normals; load (6): wrench about
+    feet_m, normals (n, 3): the standing feet's contact points and normals; friction: one for all
+    of them, or (n,); load (6): wrench about
     the origin of everything but feet and ropes; ropes (k, 6): wrenches of a tension of 1 N;
     tensions_n: lowest and highest of each. All in one frame whose z is off the slope.
     """
@@ -105,12 +106,14 @@ def _largest(equal: Array, wanted: Array, low: Array, high: Array) -> float:
     return max(float(found[0][-1]), 0.0) if found[2] > 0 else 0.0
 
 
-def _generators(feet: Array, normals: Array, friction: float) -> Array:
+def _generators(feet: Array, normals: Array, friction: float | Array) -> Array:
     """(6, n SIDES): wrenches of the edges of each foot's friction pyramid."""
     across = np.cross(normals, [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across, axis=1)[:, None]
     along = np.cross(normals, across)
-    forces = normals[:, None] + friction * (_COSINES * across[:, None] + _SINES * along[:, None])
+    across, along = across[:, None], along[:, None]
+    held = np.reshape(friction, (-1, 1, 1)) * (_COSINES * across + _SINES * along)
+    forces = normals[:, None] + held
     wrenches = np.concatenate([forces, np.cross(feet[:, None], forces)], axis=2)
     return wrenches.reshape(-1, 6).T
 

@@ -107,7 +107,15 @@ class DrillHole(Checked):
     @property
     def rods_at_start(self) -> int:
         """Rods in the string at the start."""
-        return max(1, math.ceil(self.drilled_m / self.rod_length_m - 1e-9))
+        return self._rods_to(self.drilled_m)
+
+    @property
+    def rods_at_end(self) -> int:
+        """Rods in the string at the bottom of the hole."""
+        return self._rods_to(self.depth_m)
+
+    def _rods_to(self, depth_m: float) -> int:
+        return max(1, math.ceil(depth_m / self.rod_length_m - 1e-9))
 
     @property
     def stored_kg(self) -> float:

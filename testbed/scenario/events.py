@@ -16,6 +16,18 @@ Leg = Literal["fl", "fr", "rl", "rr"]
 Side = Literal["left", "right"]
 
 
+A_MOMENT = 1e-6
+"""Share of a tick that counts as none of it: times are sums of binary fractions."""
+
+
+def share_of_tick(t: float, dt: float, begins_s: float, duration_s: float) -> float:
+    """Share of the tick from t to t + dt (s) in which something lasts that begins at `begins_s`:
+    over all ticks these make its duration, whether or not it begins and ends with one.
+    """
+    share = (min(t + dt, begins_s + duration_s) - max(t, begins_s)) / dt
+    return 0.0 if share < A_MOMENT else 1.0 if share > 1.0 - A_MOMENT else share
+
+
 class CutRope(Checked):
     """A rope parts: from then on it carries nothing."""
 
@@ -51,13 +63,15 @@ class Payload(Checked):
 
 
 class Shove(Checked):
-    """A force on the body or on a foot for a while: a rock, a gust, a person."""
+    """A force on the body or on a foot for a while: a rock, a gust, a person. Its momentum is force
+    times duration, also where that ends within a tick of the control.
+    """
 
     kind: Literal["shove"]
     at_s: float = Field(ge=0)
     """time of the event [s]"""
     duration_s: float = Field(default=0.2, gt=0)
-    """how long it lasts [s]"""
+    """how long it lasts, from the tick of the control (100 Hz) in which it begins [s]"""
     force_in_world_n: Triple
     """force in the world frame [N]"""
     at: Literal["body", "fl", "fr", "rl", "rr"] = "body"
@@ -170,6 +184,10 @@ class Bound(Checked):
     def _says_something(self) -> Bound:
         if self.min is None and self.max is None and self.equals is None:
             raise impossible("bounds nothing", "min, max or equals")
+        if self.equals is not None and (self.min is not None or self.max is not None):
+            raise impossible("equals beside min or max", "one of both")
+        if self.min is not None and self.max is not None and self.min > self.max:
+            raise impossible("no number is so large and so small", "min up to max")
         return self
 
 

@@ -22,7 +22,7 @@ from testbed.machine.names import LEGS
 from testbed.machine.overridden import check_effective, check_kind
 from testbed.machine.urdf_check import lacking
 from testbed.scenario.machines import machines_of
-from testbed.scenario.parts import Hydraulics, Robot
+from testbed.scenario.parts import TICK_HZ, Hydraulics, Robot
 from testbed.scenario.tasks import Chain, Raise
 
 if TYPE_CHECKING:
@@ -42,9 +42,16 @@ class Rule:
 
 
 NUMBERS = r"hydraulics\.parameters\."
+SENSOR = rf"{NUMBERS}(axes\.\w+\.)?sensor\."
 RULES = (
     Rule(r"ropes\.(?!enabled$)\w+", "ropes.enabled", "true", lambda s: not s.ropes.enabled),
     Rule(r"ropes\.share", "ropes.tension_n", "null", lambda s: s.ropes.tension_n is not None),
+    Rule(
+        r"hydraulics\.supply_pressure_pa",
+        "hydraulics.pump",
+        "true",
+        lambda s: not s.hydraulics.pump,
+    ),
     Rule(r"control\.dither_hz", "control.dither_m", "> 0", lambda s: s.control.dither_m == 0.0),
     Rule(r"control\.thrust_reserve", "task", "one that drills", lambda s: s.drilling is None),
     Rule(r"terrain\.settle_s", "terrain.plastic_n_m", "> 0", lambda s: not s.terrain.loose),
@@ -67,10 +74,34 @@ RULES = (
         lambda s: "friction" in s.hydraulics.without,
     ),
     Rule(
-        rf"{NUMBERS}(axes\.\w+\.)?sensor\.pressure_(noise|resolution)_pa",
+        rf"{SENSOR}(pressure_(noise|resolution|ripple|linearity|hysteresis)|thermal)_\w+",
         "sensors.without",
         "a list without pressure",
         lambda s: "pressure" in s.sensors.without,
+    ),
+    Rule(
+        rf"{SENSOR}(\w+_noise|pressure_ripple)_\w+",
+        "sensors.noise",
+        "true",
+        lambda s: not s.sensors.noise,
+    ),
+    Rule(
+        rf"{SENSOR}(encoder|pressure_resolution|temperature_resolution)_\w+",
+        "sensors.quantisation",
+        "true",
+        lambda s: not s.sensors.quantisation,
+    ),
+    Rule(
+        rf"{SENSOR}thermal_\w+",
+        "sensors.thermal_drift",
+        "true",
+        lambda s: not s.sensors.thermal_drift,
+    ),
+    Rule(
+        rf"{SENSOR}pressure_(linearity|hysteresis)_pa",
+        "sensors.characteristic",
+        "true",
+        lambda s: not s.sensors.characteristic,
     ),
     Rule(
         rf"{NUMBERS}traction\.(stroke_m|seat_m|clamp_s|return_speed_m_s)",
@@ -134,7 +165,9 @@ def check_feasible(scenario: Scenario, file: Path) -> None:
     for number, value in believed.items():
         check_kind(number, value, machines.belief, file, "model.parameters")
     _check_has(scenario, truth, file)
+    _check_acts(scenario, truth, file)
     _check_clock(scenario, truth, file)
+    _check_recorded(scenario, file)
     _check_store(scenario, truth, file)
     _check_posture(scenario.robot, truth, file)
     _check_raise(scenario, truth, file)
@@ -172,6 +205,19 @@ def _check_clock(scenario: Scenario, machine: Machine, file: Path) -> None:
         )
 
 
+def _check_recorded(scenario: Scenario, file: Path) -> None:
+    """Refuse a run that is over before its first row."""
+    ticks = math.ceil(TICK_HZ * scenario.duration_s)  # a run ends with a whole one
+    if ticks * scenario.rates.record_hz < TICK_HZ:
+        raise InputError(
+            "records no row in the scenario's duration",
+            file=file,
+            field="rates.record_hz",
+            value=scenario.rates.record_hz,
+            allowed=f"at least {math.ceil(TICK_HZ / ticks)}",
+        )
+
+
 def _check_has(scenario: Scenario, machine: Machine, file: Path) -> None:
     """Refuse ropes, a drill or a load where the machine has nothing to hold them."""
     lacks = lacking(machine.urdf)
@@ -188,6 +234,26 @@ def _check_has(scenario: Scenario, machine: Machine, file: Path) -> None:
     for link, asked, field, allowed in wanted:
         if asked and link in lacks:
             raise InputError(f"the machine has no {link}", file=file, field=field, allowed=allowed)
+
+
+def _check_acts(scenario: Scenario, machine: Machine, file: Path) -> None:
+    """Refuse events where there is nothing that they act on."""
+    needs = {
+        "cut_rope": ("ropes.enabled: true", scenario.ropes.enabled),
+        "set_rope": ("ropes.enabled: true", scenario.ropes.enabled),
+        "set_supply": ("hydraulics.pump: true", scenario.hydraulics.pump),
+        "payload": ("a machine with a rod store", "rod_store" not in lacking(machine.urdf)),
+    }
+    for number, event in enumerate(scenario.events):
+        allowed, there = needs.get(event.kind, ("", True))
+        if not there:
+            raise InputError(
+                "would have no effect",
+                file=file,
+                field=f"events.{number}",
+                value=event.kind,
+                allowed=allowed,
+            )
 
 
 def _check_store(scenario: Scenario, machine: Machine, file: Path) -> None:
@@ -229,16 +295,23 @@ def _check_posture(robot: Robot, machine: Machine, file: Path) -> None:
 
 
 def _check_raise(scenario: Scenario, machine: Machine, file: Path) -> None:
-    """Refuse to raise the body further than the vertical cylinders go."""
+    """Refuse to raise the body further than the vertical cylinders go, or no further than it
+    stands.
+    """
     task = scenario.task
     tasks = task.tasks if isinstance(task, Chain) else (task,)
     stroke_m = min(machine.axes[f"{leg}_vertical"].travel_m for leg in LEGS)
+    stands_m = min(scenario.robot.vertical_m)
     for part in tasks:
-        if isinstance(part, Raise) and part.to_m > stroke_m:
+        if not isinstance(part, Raise):
+            continue
+        if not stands_m < part.to_m <= stroke_m:
+            beyond = part.to_m > stroke_m
             raise InputError(
-                "is beyond the vertical cylinders' stroke",
+                "is beyond the vertical cylinders' stroke" if beyond else "raises nothing",
                 file=file,
                 field="task.to_m",
                 value=part.to_m,
-                allowed=f"at most {stroke_m:g} m",
+                allowed=f"more than {stands_m:g} m, at most {stroke_m:g} m",
             )
+        stands_m = part.to_m

@@ -72,6 +72,10 @@ PLACES: tuple[str, ...] = (
 """Where an undeclared effect may sit."""
 
 
+TICK_HZ = 100
+"""Rate of the slow tick: events, drill, gait, judge, ground [Hz]."""
+
+
 class Rates(Checked):
     """How often each part of the loop runs; all divide the rate of the physics."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection
+from itertools import accumulate
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -32,7 +33,17 @@ from testbed.scenario.parts import (
     Undeclared,
 )
 from testbed.scenario.raw import fill_in, locate, put, spell_chain
-from testbed.scenario.tasks import Chain, Crawl, Drill, Program, RodChange, Stand, Sway, Task
+from testbed.scenario.tasks import (
+    Chain,
+    Commission,
+    Crawl,
+    Drill,
+    Program,
+    RodChange,
+    Stand,
+    Sway,
+    Task,
+)
 from testbed.scenario.terrain import Terrain
 
 FORMAT = "roboclimber-scenario/1"
@@ -81,7 +92,7 @@ class Scenario(Checked):
                 )
         if isinstance(self.task, Stand | Sway) and self.task.for_s is not None:
             raise impossible("task.for_s: a task alone goes on to the end", "duration_s")
-        if isinstance(self.task, Crawl | Sway | Program | Chain):
+        if isinstance(self.task, Commission | Crawl | Sway | Program | Chain):
             for event in self.events:
                 if isinstance(event, LiftFoot | SetRope):
                     raise impossible(
@@ -116,8 +127,11 @@ class Scenario(Checked):
 
     @property
     def taken_kg(self) -> float:
-        """What tasks and events take off the rod store, kg."""
-        taken = sum(max(-e.mass_kg, 0.0) for e in self.events if isinstance(e, Payload))
+        """The most that tasks and events have taken off the rod store at any time, kg: what is put
+        on it before may be taken off again.
+        """
+        loads = sorted((e for e in self.events if isinstance(e, Payload)), key=lambda e: e.at_s)
+        taken = max(0.0, *(-kg for kg in accumulate((e.mass_kg for e in loads), initial=0.0)))
         task = self.drilling
         if isinstance(task, Drill):
             laps = 1
@@ -125,6 +139,8 @@ class Scenario(Checked):
                 lap_s = sum(p.duration_s for p in task.phases)
                 laps = math.ceil(max(self.duration_s - task.start_s, 0.0) / lap_s)
             taken += laps * sum(p.rod_kg for p in task.phases if isinstance(p, RodChange))
+        elif isinstance(task, DrillHole):
+            taken += (task.rods_at_end - task.rods_at_start) * task.rod_kg
         return taken
 
 
@@ -167,7 +183,7 @@ def load_scenario(
     changes = {change.partition("=")[0].strip() for change in overrides}
     if idle := overruled_fields(scenario, _given(scenario), changes, path):
         scenario = checked(Scenario, _without(scenario, idle), path)
-    scenario = _on_its_slope(scenario)
+    scenario = _on_its_slope(scenario, path)
     check_feasible(scenario, path)
     return scenario
 
@@ -198,16 +214,25 @@ def _without(scenario: Scenario, fields: Collection[str]) -> dict[str, Any]:
     return data
 
 
-def _on_its_slope(scenario: Scenario) -> Scenario:
-    """Where the ground comes from an elevation file in the world's frame, its slope is the
-    file's.
+def _on_its_slope(scenario: Scenario, file: Path) -> Scenario:
+    """Where the ground comes from an elevation file in the world's frame, its slope is the file's.
+    Raises InputError where the scenario says another one.
     """
     terrain = scenario.terrain
     if terrain.elevation is None:
         return scenario
     from testbed.scenario.elevation import slope_of
 
-    changed = terrain.model_copy(update={"slope_deg": slope_of(terrain)})
+    slope_deg = slope_of(terrain)
+    if terrain.slope_deg != 0.0 and not math.isclose(terrain.slope_deg, slope_deg, rel_tol=1e-6):
+        raise InputError(
+            "would have no effect: terrain.elevation rules it",
+            file=file,
+            field="terrain.slope_deg",
+            value=terrain.slope_deg,
+            allowed=f"the file's own, {slope_deg:.4g}, or terrain.elevation.frame: slope",
+        )
+    changed = terrain.model_copy(update={"slope_deg": slope_deg})
     return scenario.model_copy(update={"terrain": changed})
 
 

@@ -34,6 +34,15 @@ class Patch(Checked):
     plastic_n_m: float | None = Field(default=None, ge=2e4, le=1e9)
     """load for each metre that the ground settles for good [N/m]"""
 
+    @model_validator(mode="after")
+    def _is_one_other_place(self) -> Patch:
+        if self.foot is not None and (self.x_m != 0.0 or self.y_m != 0.0):
+            raise impossible("a foot's place beside x_m or y_m", "one of both")
+        ground = ("friction", "stiffness_n_m", "damping_n_s_m", "plastic_n_m")
+        if all(getattr(self, name) is None for name in ground):
+            raise impossible("a patch of the same ground", f"one of {', '.join(ground)}")
+        return self
+
 
 class Elevation(Checked):
     """Heights from a file: .npy, Esri ASCII (.asc), or GeoTIFF (.tif; needs the extra `geo`)."""

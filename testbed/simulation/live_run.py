@@ -234,9 +234,11 @@ class Run:
     def happen(self, kind: str, **fields: Any) -> None:
         """Let an event of the scenario happen now: `run.happen("cut_rope", rope="left")`.
 
-        Raises InputError for an event or a field that there is not, and for one that a gait carries
-        out.
+        Raises InputError for an event or a field that there is not, for one that a gait carries
+        out, and for a time.
         """
+        if "at_s" in fields:
+            raise InputError("happens now", field="at_s", value=fields["at_s"], allowed="no time")
         told = {"kind": kind, "at_s": self.t_s, **fields}
         self._simulation.happen(checked(Happening, {"event": told}, "happen").event)
 

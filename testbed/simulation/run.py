@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+from testbed.errors import InputError
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.outputs import check_out
 
@@ -88,6 +89,13 @@ def run_scenario(
     with Run(Simulation(scenario, model=model, gui=gui), keeps=False) as run:
         if beginning is not None:
             run.restore(beginning.state)
+            if run.finished:
+                raise InputError(
+                    f"is over at the state's {run.t_s:g} s",
+                    field="duration_s",
+                    value=scenario.duration_s,
+                    allowed="a later end, of a run that has not fallen, slid or torn a rope",
+                )
             for event in beginning.happens:
                 run.happen(**event)
         folder = run.record_in(out, recording.pictures, recording.when_recorded)

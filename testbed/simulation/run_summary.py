@@ -2,8 +2,8 @@
 knows, and how near it came to tipping or sliding.
 
 Wrench and energy margin (robot/stability.py) are looked at twice a second at most. The standing
-feet, the ropes' pulls and the drill's reaction are the true ones; the ropes keep their tension, the
-feet may share their load out as friction allows.
+feet, the ropes' pulls, the drill's reaction, masses and friction are the true ones; the ropes keep
+their tension, the feet may share their load out as friction allows.
 """
 
 from __future__ import annotations
@@ -17,13 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.estimation.contact_losses import LossRule, nominal_load_n
-from testbed.formats.arrays import Columns
+from testbed.formats.arrays import Array, Columns
 from testbed.formats.files import plain
-from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
 from testbed.robot.loads.foot_loads import external_wrench, point_wrench
 from testbed.robot.model import RobotModel, rotations_of
-from testbed.robot.robot import Robot
 from testbed.robot.stability import tipping_work_j, wrench_margin_n
 from testbed.scenario.events import Bound, Expect
 from testbed.scenario.scenario import Scenario, load_scenario
@@ -114,26 +112,22 @@ TOUCHING_N = 20.0
 """A foot of ROBOCLIMBER with more normal force than this stands: it can carry more."""
 
 
-def stability_summary(
-    scenario: Scenario, machine: Machine, data: Columns, truth: Columns
-) -> dict[str, Any]:
-    """Lowest wrench margin [N] and energy margin [J] of a run and their times; empty where columns
-    are missing.
+def stability_summary(simulation: Any, data: Columns, truth: Columns) -> dict[str, Any]:
+    """Lowest wrench margin [N] and energy margin [J] of a Simulation's run and their times; empty
+    where columns are missing.
     """
     if f"position_{AXES[0]}" not in data or len(truth["t"]) < 2:
         return {}
-    model = Robot.of(machine, scenario.carried_kg, scenario.ropes.attachment_height_m).model
     rows = min(len(data["t"]), len(truth["t"]))
     step = max(round(EVERY_S / float(np.median(np.diff(truth["t"])))), rows // MOST_LOOKS, 1)
     looks = np.arange(min(round(SETTLED_S / EVERY_S) * step, rows - 1), rows, step)
     data, truth = _at(looks, data), _at(looks, truth)
     normals = np.array([truth[f"contact_normal_{leg}"] for leg in LEGS])
-    stands = machine.scale.force * TOUCHING_N <= normals.T
-    friction = scenario.terrain.friction
+    stands = simulation.machines.truth.scale.force * TOUCHING_N <= normals.T
     first = int(np.argmax(stands.any(axis=1)))  # what lies does not tip
     found = np.array(
         [
-            _margins(model, friction, data, truth, look, np.flatnonzero(stands[look]))
+            _margins(simulation, data, truth, look, np.flatnonzero(stands[look]))
             for look in range(first, len(stands))
         ]
     )
@@ -151,17 +145,38 @@ def _at(looks: NDArray[np.intp], series: Columns) -> Columns:
     return {name: series[name][looks] for name in series if name == "t" or name.startswith(HEADS)}
 
 
+def _put_on_kg(simulation: Any, t: float) -> float:
+    """What events have put on the rod store by then, kg."""
+    loads = (event for event in simulation.events if event["kind"] == "payload")
+    return float(sum(event["mass_kg"] for event in loads if event["t"] <= t))
+
+
+def _friction(simulation: Any, t: float, feet_in_world: Array) -> Array:
+    """Friction under the feet (4) at these places (4, 3), m, as events have left it by then."""
+    footing, ground = simulation.machine.footing, simulation.scenario.terrain.friction
+    for event in simulation.events:
+        if event["kind"] == "set_friction" and event["t"] <= t:
+            ground = event["friction"]
+    own = footing.own_friction(feet_in_world) if footing is not None else np.full(4, np.nan)
+    return np.where(np.isnan(own), ground, own)
+
+
 def _margins(
-    model: RobotModel,
-    friction: float,
+    simulation: Any,
     data: Columns,
     truth: Columns,
     row: int,
     standing: NDArray[np.intp],
 ) -> tuple[float, float]:
     """Wrench margin, N, and energy margin, J, at one row with these feet on the ground; all in the
-    body frame.
+    body frame, with the true masses, friction and places where ropes pull.
     """
+    model: RobotModel = simulation.machine.kinematics
+    attachments = np.array(simulation.machine.board.ropes["attachment"])
+    t, origin = (
+        float(truth["t"][row]),
+        np.array([truth[f"body_pose_in_world_{axis}"][row] for axis in "xyz"]),
+    )
     joints = np.array([data[f"position_{axis}"][row] for axis in AXES])
     to_body = rotations_of([truth[f"body_pose_in_world_q{axis}"][row] for axis in "xyzw"]).T
     gravity = to_body @ np.array([0.0, 0.0, -GRAVITY_M_S2])
@@ -175,15 +190,19 @@ def _margins(
     drill = to_body @ np.array([truth[f"drill_wrench_in_world_f{axis}"][row] for axis in "xyz"])
     turn = to_body @ np.array([truth[f"drill_wrench_in_world_t{axis}"][row] for axis in "xyz"])
     load = external_wrench(
-        model, joints, gravity, None, pulls, point_wrench(drill, model.drill_mount_m)
+        model, joints, gravity, None, None, point_wrench(drill, model.drill_mount_m)
     )
     load[3:] += turn
-    stored = float(data["rods_stored"][row]) * gravity if "rods_stored" in data else np.zeros(3)
+    for pull, attachment in zip(pulls, attachments, strict=True):
+        load += point_wrench(pull, attachment)
+    rods_kg = float(data["rods_stored"][row]) if "rods_stored" in data else 0.0
+    stored = (rods_kg + _put_on_kg(simulation, t)) * gravity
     load += point_wrench(stored, model.rod_store_m)
     centre = model.centre_of_mass_m(joints)
     forces = np.vstack([model.total_mass_kg * gravity, pulls, drill, stored])
-    points = np.vstack([centre, model.rope_attachments_m, model.drill_mount_m, model.rod_store_m])
+    points = np.vstack([centre, attachments, model.drill_mount_m, model.rod_store_m])
     up = np.tile([0.0, 0.0, 1.0], (len(standing), 1))
+    friction = _friction(simulation, t, origin + feet @ to_body)[standing]
     wrench = wrench_margin_n(feet[standing], up, friction, load, centre) if len(standing) else 0.0
     return wrench, tipping_work_j(feet[standing], forces, points)
 
@@ -259,7 +278,7 @@ def summary_of_run(
     if len(truth["t"]) > 1:
         rule = loss_rule(simulation)
         figures = run_metrics(data, truth, scenario.terrain.slope_deg, rule)
-        figures |= stability_summary(scenario, simulation.machines.truth, data, truth)
+        figures |= stability_summary(simulation, data, truth)
     summary: dict[str, Any] = {
         "format": SUMMARY_FORMAT,
         "scenario": scenario.name,

@@ -79,10 +79,9 @@ class Assembled:
         """Hold the feed that the drill orders to what the stance allows; what comes of it may be
         another thrust.
         """
-        feed = self.drill.loads["feed"]
-        if feed > self.thrust.most_n:
-            self.drill.ordered["thrust"] -= feed - self.thrust.most_n
-            self.drill.loads["feed"] = self.thrust.most_n
+        ordered, most_n = self.drill.ordered, self.thrust.most_n
+        ordered["thrust"] = min(ordered["thrust"], most_n)
+        self.drill.loads["feed"] = min(self.drill.loads["feed"], most_n)
         self.drill.loads["feed"] *= self.thrust_factor
 
     def origin_in_world(self) -> Array:
@@ -100,6 +99,7 @@ class Assembled:
 
     def set_friction(self, friction: float) -> None:
         """Another friction of the ground, but for patches and feet with one of their own."""
+        self.engine.set_friction(friction)
         if self.footing is not None:
             self.footing.set_friction(friction)
             return

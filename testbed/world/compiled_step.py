@@ -20,6 +20,7 @@ from testbed.estimation.live.chain import step_chain
 from testbed.formats.arrays import Array
 from testbed.formats.records import Record, part
 from testbed.recording.rows import DataRow, TruthRow
+from testbed.scenario.parts import TICK_HZ
 from testbed.world import plant, sensing
 
 if TYPE_CHECKING:
@@ -60,8 +61,6 @@ SENSE, ESTIMATE, RECORD, CONTROL, PLANT, SLOW, MOVE, PLACE, FEET = 1, 2, 4, 8, 1
 """SLOW marks a step at which tasks, expected loads or the judge are due: the parts are called one
 by one then. MOVE takes over the engine's pose and belongs to every step, FEET finds the foot forces
 with it; PLACE does so for a body at rest."""
-TICK_HZ = 100
-"""Rate of the slow tick."""
 
 
 class RecordedRow(Record):
@@ -154,5 +153,5 @@ def schedule_of(rates: Rates, duration_s: float, chain_is_all: bool) -> Schedule
         | (SLOW if any(k % steps == 0 for steps in slow) else 0)
         for k in range(math.lcm(*every.values(), *slow))
     )
-    last = math.ceil(duration_s * hz / tick - 1e-9) * tick
+    last = max(math.ceil(duration_s * hz / tick - 1e-9), 1) * tick
     return Schedule(flags, tick, slow[1], every[SENSE], every[RECORD], last)

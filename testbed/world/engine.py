@@ -30,6 +30,8 @@ NEAR_M = 1.0e-3
 """Contact points further from touching than this are left out of a step (a foot comes down by 0.1
 mm in one).
 """
+APART_M = 0.1
+"""So far apart two bodies have no points of contact."""
 with quiet():
     try:
         import pybullet as p
@@ -80,6 +82,8 @@ class Engine:
         self._centre: Sequence[float] = (0.0, 0.0, 0.0)
         self._footing = np.zeros((len(LEGS), 3))
         """Friction, stiffness and damping of the ground under each foot."""
+        self._friction = ground.friction
+        """Of the ground where the robot touches it with anything but a foot."""
         self._sunk_m = np.zeros(len(LEGS))
         self.bullet.setGravity(0, 0, -GRAVITY_M_S2)
         self.bullet.setPhysicsEngineParameter(
@@ -124,6 +128,8 @@ class Engine:
         self.foot_links: dict[int, int] = {
             by_name[f"{leg}_vertical"]: index for index, leg in enumerate(LEGS)
         }
+        self._others = sorted(set(self.link_names) - set(self.foot_links))
+        """Links that are no feet, the body among them."""
         self._store = links.get("rod_store", -1)
         dyn = self.bullet.getDynamicsInfo(self.robot, -1)
         self.base_inertial_m = np.array(dyn[3])
@@ -134,6 +140,7 @@ class Engine:
 
     def _load_ground(self, ground: Ground) -> None:
         self._shape, self._ground_pose = ground_shape(self.bullet, ground), ground.engine_pose
+        self._endless = ground.kind == "plane"
         self.ground = self.bullet.createMultiBody(0, self._shape)
         self.bullet.resetBasePositionAndOrientation(self.ground, *ground.engine_pose())
 
@@ -156,7 +163,6 @@ class Engine:
         self.bullet.changeDynamics(self.robot, -1, angularDamping=0.0)
         for link in links:
             self.bullet.changeDynamics(self.robot, link, jointDamping=0.0)
-            self.bullet.changeDynamics(self.robot, link, lateralFriction=g.friction)
             self.bullet.changeDynamics(self.robot, link, restitution=0.0)
             self.bullet.changeDynamics(self.robot, link, maxJointVelocity=1e4)
             # End stops live in the hydraulics; the engine's would push unseen and keep on at 1, -1.
@@ -168,6 +174,7 @@ class Engine:
             (ground, -1) for ground in (self.ground, *self._foot_grounds)
         ]:  # on rough ground most contact points hang in the air: the solver need not see them
             self.bullet.changeDynamics(body, link, contactProcessingThreshold=NEAR_M)
+        self._put_friction(g.friction)
         for leg in range(len(LEGS)):
             self.set_footing(leg, g.friction, g.stiffness_n_m, g.damping_n_s_m)
         # The product of both bodies' friction counts.
@@ -191,6 +198,29 @@ class Engine:
         self.bullet.changeDynamics(
             self.robot, link, contactStiffness=stiffness_n_m, contactDamping=damping_n_s_m
         )
+
+    @property
+    def friction_under_feet(self) -> Array:
+        """Friction coefficient of the ground under each foot now, (4,)."""
+        return self._footing[:, 0].copy()
+
+    def set_friction(self, friction: float) -> None:
+        """The ground's friction coefficient where the robot lies on it or leans against it: of all
+        links that are no feet.
+        """
+        self._put_friction(friction)
+        touch = (self.bullet.getContactPoints(self.robot, self.ground, k) for k in self._others)
+        if self._endless and any(touch):
+            # Its points of contact keep the friction with which they began: they begin anew.
+            for depth_m in (APART_M, 0.0):
+                pose = self._ground_pose(depth_m)
+                self.bullet.resetBasePositionAndOrientation(self.ground, *pose)
+                self.bullet.performCollisionDetection()
+
+    def _put_friction(self, friction: float) -> None:
+        self._friction = friction
+        for link in self._others:
+            self.bullet.changeDynamics(self.robot, link, lateralFriction=friction)
 
     def sink_ground(self, leg: int, depth_m: float) -> None:
         """Put the ground under one foot `depth_m` below the surface (an engine with `sinking`)."""
@@ -227,6 +257,7 @@ class Engine:
             "bodies": bodies,
             "centre": np.array(self._centre, dtype=np.float64),
             "store": np.array([store[0], *store[2]]),
+            "friction": np.array([self._friction]),
             "footing": self._footing.copy(),
             "sunk_m": self._sunk_m.copy(),
         }
@@ -240,6 +271,7 @@ class Engine:
         mass, *inertia = (float(value) for value in state["store"])
         self.bullet.changeDynamics(self.robot, self._store, mass=mass)
         self.bullet.changeDynamics(self.robot, self._store, localInertiaDiagonal=inertia)
+        self._put_friction(float(state["friction"][0]))
         for leg, (friction, stiffness, damping) in enumerate(state["footing"].tolist()):
             self.set_footing(leg, friction, stiffness, damping)
             if self._foot_grounds:

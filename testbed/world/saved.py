@@ -28,7 +28,7 @@ from testbed.world.engine import Engine
 if TYPE_CHECKING:
     from testbed.world.simulation import Simulation
 
-FORMAT = "roboclimber-state/1"
+FORMAT = "roboclimber-state/2"
 ALLOWED = "a file of `testbed save`"
 UNTOLD = ("name", "description", "duration_s", "expect", "mutation")
 """Fields of a scenario that a state does not depend on."""

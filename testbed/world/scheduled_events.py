@@ -5,11 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.scenario.events import CutRope, FailSensor, Payload, SetFriction, SetSupply, Shove
+from testbed.scenario.events import (
+    CutRope,
+    FailSensor,
+    Payload,
+    SetFriction,
+    SetSupply,
+    Shove,
+    share_of_tick,
+)
 from testbed.world import sensing
 from testbed.world.assembly import Assembled
 
@@ -20,7 +29,8 @@ class ScheduledEvents:
     def __init__(self, machine: Assembled, row: NDArray[Any], events: Iterable[Any]) -> None:
         self._machine, self._row = machine, row
         self._pending = sorted(events, key=lambda event: event.at_s)
-        self._shoves: list[Shove] = []
+        self._shoves: list[tuple[Shove, float]] = []
+        """Pushes under way, each with the time that it still lasts, s."""
         self._was_whole = machine.board.ropes["whole"] != 0.0
 
     def due(self, t: float) -> list[Any]:
@@ -45,24 +55,30 @@ class ScheduledEvents:
                 m.board.transducers[chamber, axis], reading if event.how == "stuck" else 0.0
             )
         elif isinstance(event, Shove):
-            self._shoves.append(event)
+            self._shoves.append((event, event.duration_s))
         elif isinstance(event, SetFriction):
             m.set_friction(event.friction)
         elif isinstance(event, Payload):
             m.engine.add_store_mass(event.mass_kg)
 
-    def push(self, t: float) -> None:
-        """Put the pushes of this instant on the board: on the body, and on each foot."""
+    def push(self, dt: float) -> None:
+        """Put the pushes of the tick of dt s that begins on the board: on the body, and on each
+        foot. A push that ends within the tick acts all through it with the force that gives the
+        same momentum.
+        """
         if not self._shoves:
             return
         board = self._machine.board
         board["shove"], board["foot_shove"] = 0.0, 0.0
-        for shove in self._shoves:
-            if shove.at_s <= t < shove.at_s + shove.duration_s:
-                if shove.at == "body":
-                    board["shove"] += shove.force_in_world_n
-                else:
-                    board["foot_shove"][LEGS.index(shove.at)] += shove.force_in_world_n
+        for shove, left_s in self._shoves:
+            share = share_of_tick(0.0, dt, 0.0, left_s)
+            force_n = share * np.array(shove.force_in_world_n)
+            if shove.at == "body":
+                board["shove"] += force_n
+            else:
+                board["foot_shove"][LEGS.index(shove.at)] += force_n
+        left = [(shove, left_s - dt) for shove, left_s in self._shoves]
+        self._shoves = [(shove, left_s) for shove, left_s in left if left_s > -dt]
 
     def broken_ropes(self) -> list[str]:
         """The ropes that have parted by themselves since this was last asked."""

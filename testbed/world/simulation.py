@@ -26,7 +26,7 @@ from testbed.formats.arrays import Array
 from testbed.formats.sockets import user_code
 from testbed.machine.names import VERTICAL
 from testbed.recording.rows import DataRow
-from testbed.scenario.events import LiftFoot, SetRope
+from testbed.scenario.events import LiftFoot, SetRope, Stop, Turn
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
 from testbed.world import sensing
@@ -228,7 +228,7 @@ class Simulation:
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
-        self._scheduled.push(t)
+        self._scheduled.push(self._schedule.tick * self.dt)
         self._follow(m.gait.command(t, self._schedule.tick * self.dt, Measured(self._row)), t)
         self._watch(t)
         if m.footing is not None:
@@ -305,8 +305,8 @@ class Simulation:
             self.finished = True
 
     def _happen(self, event: Any, t: float) -> None:
-        self.events.append({"t": t, **event.model_dump(exclude={"at_s"})})
         self._scheduled.happen(event)
+        self.events.append({"t": t, **event.model_dump(exclude={"at_s"})})
 
     def last_rows(self) -> tuple[Array, Array]:
         """The rows of the last block as far as it came: after a SimulationFault, what led to it."""
@@ -361,12 +361,13 @@ class Simulation:
         m = self.machine
         m.noise_rng, m.added_noise_rng = (np.random.default_rng([seed, k]) for k in (1, 40))
         self._noise[:] = sensing.draw_noise(SAMPLES, m.noise_rng, m.added_noise_rng)
+        m.drill.reseed(seed)
 
     def happen(self, event: Any) -> None:
         """Let an event happen now, whatever its time. Raises InputError for one that a gait carries
         out.
         """
-        if isinstance(event, LiftFoot | SetRope):
+        if isinstance(event, LiftFoot | SetRope | Stop | Turn):
             raise InputError(
                 "is carried out by the task from its start on",
                 field="event",

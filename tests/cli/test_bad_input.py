@@ -38,6 +38,15 @@ SCENARIOS: dict[str, tuple[str, str]] = {
     "no_such_ground": ("terrain: {kind: swamp}", "terrain.kind = 'swamp'"),
     "rough_plane": ("terrain: {roughness_m: 0.1}", "roughness_m"),
     "seed_with_a_point": ("seed: 1.5", "seed = 1.5"),
+    "raise_to_below": ("task: {kind: raise, to_m: 0.1}", "task.to_m = 0.1: raises nothing"),
+    "bound_beside_the_exact": (
+        "expect: {summary: {tilt_max_deg: {equals: 3, min: 5}}}",
+        "equals beside min or max",
+    ),
+    "bound_of_nothing": (
+        "expect: {summary: {tilt_max_deg: {min: 5, max: 3}}}",
+        "no number is so large and so small",
+    ),
     "no_time": ("task: {kind: raise, every_s: 0}", "task.every_s = 0"),
     "no_such_task": (
         "task: {kind: dril}",

@@ -16,7 +16,7 @@ from testbed.control.gaits.standing import Hold
 from testbed.control.layers import LEARN_S, KeepMast, Supervisor, Trim
 from testbed.errors import InputError
 from testbed.robot.model import rotation_from_attitude
-from testbed.scenario.events import LiftFoot
+from testbed.scenario.events import LiftFoot, SetRope
 from testbed.scenario.scenario import load_scenario
 
 STEEP = load_scenario("stand_slope_45", ["terrain.slope_deg=75"])
@@ -93,6 +93,17 @@ def test_a_foot_that_is_lifted_twice_carries_in_between_and_not_while_it_is_up()
     assert carries == [True, False, True, False, True]
 
 
+@pytest.mark.parametrize("duration_s", [0.004, 0.2, 0.3, 1.0])
+@pytest.mark.parametrize("at_s", [0.1, 0.103, 0.29])
+def test_a_rope_is_paid_out_by_the_length_that_the_event_says(
+    at_s: float, duration_s: float
+) -> None:
+    event = SetRope(kind="set_rope", at_s=at_s, rope="right", pay_out_m=0.04, duration_s=duration_s)
+    gait, now = Hold(START, None, (event,)), Measured.of()
+    rates = [gait.command(0.01 * k, 0.01, now).rope_rates_m_s for k in range(200)]
+    assert 0.01 * np.sum(rates, axis=0) == pytest.approx([0.0, 0.04], rel=1e-9)
+
+
 @pytest.mark.parametrize(
     "event",
     [
@@ -114,6 +125,23 @@ def test_a_store_cannot_give_more_rods_than_it_holds() -> None:
     assert (
         load_scenario("stand_slope_45", [changes, "duration_s=25"]).duration_s == 25
     )  # four laps: 80 kg
+
+
+def test_what_was_put_on_the_store_may_be_taken_off_again_and_rods_of_the_hole_may_not() -> None:
+    put, take = (
+        f"{{kind: payload, at_s: {at}, mass_kg: {kg}}}" for at, kg in ((1, 300), (2, -350))
+    )
+    load_scenario("stand_slope_45", [f"events=[{take}, {put}]"])
+    with pytest.raises(InputError, match="350 kg are taken off"):
+        load_scenario("stand_slope_45", [f"events=[{take.replace('at_s: 2', 'at_s: 0')}, {put}]"])
+    hole = "task={kind: drill_hole, rods: 4, rod_kg: 50, depth_m: 6}"  # three rods leave the store
+    for kg, fits in ((80, True), (100, False)):
+        change = [hole, f"events=[{{kind: payload, at_s: 1, mass_kg: {-kg}}}]"]
+        if fits:
+            load_scenario("stand_slope_45", change)
+            continue
+        with pytest.raises(InputError, match="250 kg are taken off a rod store of 240 kg"):
+            load_scenario("stand_slope_45", change)
 
 
 def test_control_believes_the_rods_in_the_store_that_the_scenario_declares() -> None:

@@ -80,6 +80,13 @@ def test_a_walk_stops_with_all_feet_on_the_ground_and_turns_with_the_steps_that_
     assert made.progress(told[-1][0])["done"] or told[-1][0] < MOST_S - 1.0
 
 
+def test_turns_come_in_the_order_of_their_times() -> None:
+    events = "[{kind: turn, at_s: 9, heading_deg: 20}, {kind: turn, at_s: 0.2, heading_deg: -30}]"
+    made = _made(f"task={CRAWL}", f"events={events}")
+    made.command(0.2, TICK, at_the_start())
+    assert [part.heading_deg for part in made._parts] == [0.0, -30.0]
+
+
 @pytest.mark.slow
 def test_a_walk_comes_to_its_waypoints() -> None:
     walk = "{kind: crawl, start_s: 0.1, step_length_m: 0.2, swing_height_m: 0.05, waypoints_m: [[0.2, 0], [0.2, 0.1]]}"

@@ -5,6 +5,7 @@ exceeded.
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from testbed.control.thrust import (
 )
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.scenario.scenario import Scenario, load_scenario
+from testbed.world.assembly import Assembled
 
 STANCE = np.tile([0.0, 0.2, 0.25], 4)
 
@@ -58,3 +60,15 @@ def test_a_task_that_asks_for_more_than_the_reserve_is_told_so() -> None:
         5500.0,
     )
     assert ordered_thrust_n(load_scenario("stand_flat").task) == 0.0
+
+
+@pytest.mark.parametrize("ordered_n", [3000.0, 5000.0, 8000.0, -2000.0])
+def test_what_is_recorded_as_ordered_is_what_the_bound_leaves_of_it(ordered_n: float) -> None:
+    """Also while the feed wanders about what is ordered."""
+    drill = SimpleNamespace(
+        ordered={"thrust": ordered_n}, loads={"feed": 1.2 * max(ordered_n, 0.0)}
+    )
+    world = SimpleNamespace(drill=drill, thrust=ThrustBound(10e3, "fl", 5e3), thrust_factor=1.0)
+    Assembled.limit_thrust(world)  # type: ignore[arg-type]
+    assert drill.ordered["thrust"] == min(ordered_n, 5e3)
+    assert drill.loads["feed"] == pytest.approx(min(1.2 * max(ordered_n, 0.0), 5e3))

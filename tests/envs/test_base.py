@@ -104,6 +104,7 @@ def test_what_is_told_of_the_truth_has_units_and_its_own_memory(env: Roboclimber
     ("arguments", "said"),
     [
         ({"step_ms": 15}, "step_ms = 15: must be whole control ticks"),
+        ({"overrides": ["rates.record_hz=125"]}, "record_hz = 125: makes no whole rows"),
         ({"render_mode": "ansi"}, "render_mode = 'ansi': no such mode"),
         ({"scenario": "no_such"}, "no such scenario"),
     ],
@@ -118,3 +119,35 @@ def test_a_reset_may_change_the_scenario_for_one_episode(env: RoboclimberEnv) ->
     steep = env.reset(seed=1)[0]
     assert in_units(flat)["attitude_pitch"] == pytest.approx(0.0, abs=3e-3)
     assert in_units(steep)["attitude_pitch"] == pytest.approx(-np.pi / 4, abs=3e-3)
+
+
+def test_a_reset_refuses_options_that_nothing_would_come_of(env: RoboclimberEnv) -> None:
+    env.reset(seed=1)
+    steeper = ["terrain.slope_deg=50"]
+    for options, said in (
+        ({"overides": steeper}, "no such option, did you mean 'overrides'"),
+        ({"same_machine": True, "overrides": steeper}, "same_machine rules it"),
+    ):
+        with pytest.raises(InputError, match=said):
+            env.reset(seed=1, options=options)
+    env.step(REST)
+
+
+def test_no_step_follows_a_reset_that_was_refused(env: RoboclimberEnv) -> None:
+    env.reset(seed=1)
+    with pytest.raises(InputError, match="out of range"):
+        env.reset(seed=1, options={"overrides": ["terrain.slope_deg=99"]})
+    with pytest.raises(InputError, match="the episode has ended"):
+        env.step(REST)
+
+
+def test_friction_is_used_against_what_is_under_each_foot() -> None:
+    """On a patch of a fifth of the friction the same forces use five times of it, and slide."""
+    uses = []
+    for changes in ([], ["terrain.patches=[{foot: fl, friction: 0.14}]"]):
+        env = RoboclimberEnv("stand_slope_45", ["terrain.friction=0.7", *changes], duration_s=0.1)
+        try:
+            uses.append(env.reset(seed=1)[1]["friction_use"])
+        finally:
+            env.close()
+    assert uses[0] < 0.35 and 0.9 < uses[1] < 1.05

@@ -198,6 +198,18 @@ def test_an_episode_goes_on_from_a_saved_instant_to_the_last_bit() -> None:
 
 
 @pytest.mark.slow
+def test_a_walk_that_has_made_its_steps_ends_the_episode() -> None:
+    env = gymnasium.make("Roboclimber/Climb-v1", randomisation=None, duration_s=60.0).unwrapped
+    env.reset(seed=1, options={"overrides": ["task.steps=1"]})
+    for _ in range(3):
+        *_, lost, over, info = env.step(np.zeros(3, dtype=np.float32))
+        if lost or over:
+            break
+    assert over and not lost and info["verdict"] == "stood" and info["t_s"] < 40.0
+    env.close()
+
+
+@pytest.mark.slow
 def test_a_longer_stride_goes_further_in_a_step_and_the_step_is_a_group_of_swings() -> None:
     """Strides of 0.4 m take the body 0.2 m in a group of two swings, 0.3 m take it 0.15 m, from
     the second group on.
@@ -210,6 +222,7 @@ def test_a_longer_stride_goes_further_in_a_step_and_the_step_is_a_group_of_swing
         for _ in range(3):
             _, reward, lost, _, info = env.step(np.array([action, 0.0, 0.0], dtype=np.float32))
             assert not lost and reward == pytest.approx(sum(info["reward_terms"].values()))
+            assert info["feet_lost"] < 2, "both have swung, which loses no foot"
             on_the_way.append(info["way_m"])
         assert env._gait.steps_done == 6
         ways[action] = on_the_way[2] - on_the_way[0]

@@ -119,6 +119,10 @@ def test_truth_of_a_step_by_hand() -> None:
     assert truth.moved_m == pytest.approx(0.002)  # from where the step before ended
     stance[3] = False
     assert truth_of_step(rows, 0.5, stance, np.zeros(3)).feet_lost == 0
+    swung = np.ones((2, 4), dtype=bool)
+    swung[0, 3] = False  # in the air as it was meant to be, and down again at the end of the step
+    swung_truth = truth_of_step(rows, 0.5, swung, np.zeros(3))
+    assert (swung_truth.feet_lost, swung_truth.lowest_normal_n) == (0, 4000.0)
 
 
 def test_wanted_loads_beyond_the_plan_come_about() -> None:

@@ -275,3 +275,19 @@ def test_a_policy_of_arrays_plays_without_the_library_and_one_of_another_task_is
     write_network(tmp_path / "policy.npz", arrays, task="stand")
     (tmp_path / "short.yaml").write_text("format: roboclimber-scenario/1\nduration_s: 0.2\n")
     assert play(tmp_path / "policy.npz", str(tmp_path / "short.yaml"))["simulated_s"] > 0.1
+
+
+@pytest.mark.parametrize("task", ["keep", "climb"])
+def test_a_policy_plays_a_scenario_as_long_as_it_is_written(task: str, tmp_path: Path) -> None:
+    """Not as long, nor with as many steps, as its training's episodes."""
+    env = gymnasium.make(named(task))
+    inputs, outputs = env.observation_space.shape[0], env.action_space.shape[0]
+    env.close()
+    arrays = {"weight_0": np.zeros((outputs, inputs)), "bias_0": np.zeros(outputs)}
+    write_network(tmp_path / "policy.npz", arrays, task=task)
+    kind = "{kind: crawl, steps: 1, start_s: 0.3}" if task == "climb" else "{kind: stand}"
+    text = "format: roboclimber-scenario/1\nterrain: {slope_deg: 45}\nduration_s: 5\n"
+    (tmp_path / "mine.yaml").write_text(f"{text}task: {kind}\n")
+    told = play(tmp_path / "policy.npz", str(tmp_path / "mine.yaml"))
+    assert told["verdict"] == "stood"
+    assert told["simulated_s"] == pytest.approx(5.0, abs=0.1)

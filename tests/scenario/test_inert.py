@@ -15,6 +15,7 @@ from testbed.scenario.scenario import load_scenario
 BESIDE = (
     ("ropes.enabled=false", "ropes.share=0.5"),
     ("ropes.tension_n=[9000, 9000]", "ropes.share=0.5"),
+    ("hydraulics.pump=false", "hydraulics.supply_pressure_pa=8e6"),
     ("control.dither_m=0", "control.dither_hz=3"),
     ("task={kind: stand}", "control.thrust_reserve=0.5"),
     ("terrain.plastic_n_m=null", "terrain.settle_s=2"),
@@ -22,6 +23,10 @@ BESIDE = (
     ("terrain.kind=plane", "terrain.cell_m=0.2"),
     ("hydraulics.without=[friction]", "hydraulics.parameters.vertical_cylinder.coulomb_out_n=700"),
     ("sensors.without=[pressure]", "hydraulics.parameters.sensor.pressure_noise_pa=2e4"),
+    ("sensors.noise=false", "hydraulics.parameters.sensor.rope_tension_noise_n=90"),
+    ("sensors.quantisation=false", "hydraulics.parameters.sensor.encoder_linear_m=1e-3"),
+    ("sensors.thermal_drift=false", "hydraulics.parameters.sensor.thermal_zero_share=0.02"),
+    ("sensors.characteristic=false", "hydraulics.parameters.sensor.pressure_linearity_pa=5e4"),
     ("ropes.strokes=false", "hydraulics.parameters.traction.stroke_m=0.3"),
 )
 """What puts a field out of use, and another value of that field: one for each rule."""
@@ -59,3 +64,43 @@ def test_a_file_that_gives_both_is_refused(tmp_path: Path) -> None:
     file.write_text("format: roboclimber-scenario/1\nropes: {enabled: false, share: 0.5}\n")
     with pytest.raises(InputError, match=r"ropes\.share = 0\.5: would have no effect"):
         load_scenario(file)
+
+
+@pytest.mark.parametrize(
+    ("needed", "change"),
+    [
+        ("ropes.enabled", "events=[{kind: cut_rope, at_s: 1, rope: left}]"),
+        ("ropes.enabled", "events=[{kind: set_rope, at_s: 1, rope: left, pay_out_m: 0.1}]"),
+        ("hydraulics.pump", "events=[{kind: set_supply, at_s: 1, pressure_pa: 5e6}]"),
+    ],
+)
+def test_what_acts_on_something_that_is_not_there_is_refused(needed: str, change: str) -> None:
+    load_scenario("stand_slope_45", [change])
+    with pytest.raises(InputError, match=rf"0 = \S+: would have no effect .*{needed}: true"):
+        load_scenario("stand_slope_45", [change, f"{needed}=false"])
+
+
+def test_a_task_that_moves_feet_and_ropes_by_itself_takes_no_orders_for_them() -> None:
+    for order in ("lift_foot, leg: fl", "set_rope, rope: left, pay_out_m: 0.1"):
+        change = [f"events=[{{kind: {order}, at_s: 1}}]", "task={kind: commission}"]
+        with pytest.raises(InputError, match="moves what the task commission moves itself"):
+            load_scenario("stand_slope_45", change)
+
+
+@pytest.mark.parametrize(
+    ("patch", "said"),
+    [
+        ("{foot: fl, x_m: 3, friction: 0.1}", "a foot's place beside x_m or y_m"),
+        ("{x_m: 3}", "a patch of the same ground"),
+    ],
+)
+def test_a_patch_is_one_place_of_other_ground(patch: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        load_scenario("stand_slope_45", [f"terrain.patches=[{patch}]"])
+
+
+def test_a_run_that_would_be_over_before_its_first_row_is_refused() -> None:
+    load_scenario("stand_slope_45", ["rates.record_hz=2"], duration=0.5)
+    load_scenario("stand_slope_45", ["rates.record_hz=100"], duration=0.001)
+    with pytest.raises(InputError, match=r"rates\.record_hz = 1: records no row .*at least 2"):
+        load_scenario("stand_slope_45", ["rates.record_hz=1"], duration=0.5)

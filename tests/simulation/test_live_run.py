@@ -142,6 +142,15 @@ def test_an_own_gait_is_followed_as_class_object_or_file(tmp_path: Path) -> None
     assert np.array_equal(by_class.rows.table, by_file.rows.table)
 
 
+def test_orders_that_an_own_gait_would_not_follow_are_refused() -> None:
+    events = "events=[{kind: cut_rope, at_s: 0.1, rope: left}, {kind: lift_foot, at_s: 1, leg: fl}]"
+    scenario = testbed.load_scenario("stand_slope_45", [events])
+    with pytest.raises(
+        InputError, match=r"events\.1 = 'lift_foot': is what a gait of your own does"
+    ):
+        testbed.simulate(scenario, gait=Still)
+
+
 def test_an_own_controller_is_the_shipped_one_where_it_is_its_class() -> None:
     named = _stepped(testbed.simulate(_scenario("control.distribution=qp")))
     for given in ("qp", Quadratic, Quadratic()):

@@ -206,3 +206,36 @@ def test_every_field_of_a_summary_is_described_and_an_unfinished_task_said() -> 
     assert not summary["progress"]["done"]
     assert summary["progress"]["hole_depth_wanted_m"] == scenario.task.depth_m
     assert {"verdict", "detector.missed_s"} <= described()
+
+
+def _margins(name: str, *changes: str) -> float:
+    """Lowest wrench margin of a run of 1.2 s, N."""
+    with testbed.simulate(testbed.load_scenario(name, list(changes), seed=1, duration=1.2)) as run:
+        while not run.finished:
+            run.step(400)
+        return float(run.summary()["lowest_wrench_margin_n"])
+
+
+@pytest.mark.slow
+def test_margins_reckon_with_the_friction_that_is_there() -> None:
+    """Rain, or a patch under every foot, leaves what a slope of that friction has."""
+    slippery = "terrain.friction=0.2"
+    rain = "events=[{kind: set_friction, at_s: 0.4, friction: 0.2}]"
+    ice = "terrain.patches=[{radius_m: 9, friction: 0.2}]"
+    dry, *wet = (_margins("stand_slope_45", change) for change in ("seed=1", slippery, rain, ice))
+    assert wet == pytest.approx(3 * [wet[0]], rel=0.05)
+    assert dry > 2.0 * wet[0]
+
+
+@pytest.mark.slow
+def test_margins_reckon_with_all_that_the_machine_carries() -> None:
+    """The smallest push that is too much grows with a load in its middle, whoever knows of it."""
+    store = "{effect: robot.payload, at: body, parameters: {mass: 1000, x: 0, y: 0, z: 0}}"
+    put_on = "events=[{kind: payload, at_s: 0, mass_kg: 1000}]"
+    light, declared, event, hidden = (
+        _margins("stand_flat", change)
+        for change in ("seed=1", "robot.payload_kg=1000", put_on, f"undeclared=[{store}]")
+    )
+    assert declared == pytest.approx(1.25 * light, rel=0.01)
+    assert event == pytest.approx(declared, rel=0.03)
+    assert hidden == pytest.approx(declared, rel=0.01)

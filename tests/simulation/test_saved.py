@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 import testbed
+from testbed.cli import main
 from testbed.errors import InputError
+from testbed.simulation.run import Beginning, run_scenario
 from testbed.world.saved import State, read_state
 
 AT, MORE = 300, 150
@@ -21,6 +23,13 @@ CASES = {
     "distribution": ["drill_slope_45", "task.start_s=0.1", "control.distribution=qp"],
     "loose": ["loose_ground"],
     "rough": ["crawl_rough_45", "task.start_s=0.05"],
+    "lying": [
+        "stand_slope_45",
+        "robot.vertical_m=0",
+        "terrain.slope_deg=20",
+        "ropes.enabled=false",
+        "events=[{kind: set_friction, at_s: 0.1, friction: 0.3}]",
+    ],
     "detector": ["stand_slope_45", "estimator.detector=glr", "machine.draw=workshop"],
 }
 
@@ -94,6 +103,10 @@ def test_branches_differ_by_seed_and_by_what_happens(saved: tuple[testbed.Run, S
     ("kind", "fields", "match"),
     [
         ("lift_foot", {"leg": "fl"}, "carried out by the task"),
+        ("stop", {"duration_s": 1.0}, "carried out by the task"),
+        ("turn", {"heading_deg": 20.0}, "carried out by the task"),
+        ("cut_rope", {"rope": "left", "at_s": 9.0}, "happens now"),
+        ("payload", {"mass_kg": -1000.0}, "more mass off the rod store than it has"),
         ("cut_rope", {"rope": "middle"}, "rope"),
         ("explode", {}, "unknown kind"),
     ],
@@ -101,8 +114,31 @@ def test_branches_differ_by_seed_and_by_what_happens(saved: tuple[testbed.Run, S
 def test_what_cannot_happen_now_is_refused(
     saved: tuple[testbed.Run, State], kind: str, fields: dict[str, Any], match: str
 ) -> None:
+    before = list(saved[0].events)
     with pytest.raises(InputError, match=match):
         saved[0].happen(kind, **fields)
+    assert saved[0].events == before, "told of what has not happened"
+
+
+@pytest.mark.slow
+def test_no_run_goes_on_from_beyond_its_end_and_nothing_is_written(
+    saved: tuple[testbed.Run, State], tmp_path: Path
+) -> None:
+    ended = _scenario("drill", 40)
+    with pytest.raises(InputError, match=r"duration_s = 0\.04: is over at the state's 0\.05 s"):
+        run_scenario(ended, tmp_path / "on", beginning=Beginning(saved[1]))
+    assert not (tmp_path / "on").exists()
+
+
+def test_a_state_from_after_the_end_is_refused_with_how_it_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "state.npz"
+    monkeypatch.setattr("sys.argv", ["testbed", "save", "slide", "--at", "8", "--out", str(file)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2 and "--at = 8.0: slid at 0.5 s" in capsys.readouterr().err
+    assert not file.exists()
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 broken", b"\x93NUMPY"])

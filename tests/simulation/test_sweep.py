@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -248,6 +249,18 @@ def test_the_page_shows_the_heat_and_the_worst_runs_first() -> None:
     text = sweep_page("Sweep <i>", results, 4)
     assert "3 of 4 runs are done; 2 of them stood" in text
     assert "<svg" in text and "<b>" not in text and "<i>" not in text
+
+
+@pytest.mark.parametrize("count", [3, 40])
+def test_the_page_shows_what_is_no_number_in_words(count: int) -> None:
+    """Lists of events, and what some runs do not change, in a heat map or in points."""
+    values = [[{"kind": "cut_rope", "at_s": k}] for k in range(count - 1)]
+    changes: list[dict[str, Any]] = [{}, *({"events": value} for value in values)]
+    results = [
+        {"run": f"r{k}", "seed": 1, "changes": change, "summary": {"verdict": "stood"}}
+        for k, change in enumerate(changes)
+    ]
+    assert "<svg" in sweep_page("Sweep", results, count)
 
 
 def test_every_run_is_made_once_and_summed_up(tmp_path: Path) -> None:

@@ -94,6 +94,18 @@ def test_a_hole_is_drilled_rod_by_rod_and_taken_out_rod_by_rod() -> None:
     assert rests(rows[-1]) and rests(cycle.ordered)
 
 
+def test_another_seed_on_the_way_changes_what_is_still_random_and_not_the_rock() -> None:
+    cycles = [DrillCycle(hole(), DrillLoads.zeros()[0], 1, build_machine()) for _ in range(3)]
+    for cycle, seed in zip(cycles, (None, 7, 8), strict=True):
+        if seed is not None:
+            cycle.reseed(seed)
+        for k in range(1000):
+            cycle.update(k * DT, DT)
+    feeds = [float(cycle.loads["feed"]) for cycle in cycles]
+    assert len(set(feeds)) == len(feeds)
+    assert all(cycle.strata == cycles[0].strata for cycle in cycles)
+
+
 def test_a_hole_without_extraction_ends_with_a_feed_that_has_let_go() -> None:
     cycle, _, rows, _ = drilled(hole(extract=False))
     assert cycle.phase == "done" and rests(rows[-1]) and rests(cycle.ordered)

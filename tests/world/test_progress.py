@@ -45,3 +45,12 @@ def test_a_raise_is_done_when_the_pistons_are_there(reached_m: float) -> None:
     }
     gait.command(0.1, 0.01, Measured.of(position=np.tile([0.0, 0.2, 0.35], 4)))
     assert not gait.progress(0.1)["done"], "it has not been told to go there yet"
+
+
+def test_a_raise_shortens_no_leg_that_is_longer_already() -> None:
+    """On uneven ground legs start at lengths of their own."""
+    start = np.tile([0.0, 0.2, 0.25], 4)
+    start[2] = 0.4
+    task = Raise(kind="raise", start_s=0.0, to_m=0.35, step_m=0.05, every_s=2.0)
+    wanted = Hold(start, task, ()).command(60.0, 0.01, Measured.of()).joints[2::3]
+    assert wanted == pytest.approx([0.4, 0.35, 0.35, 0.35])

@@ -47,8 +47,10 @@ def test_what_the_chain_does_not_step_itself_makes_every_estimate_a_slow_step() 
     assert [k for k in range(20) if due(schedule, k) & SLOW] == [0, 4, 8, 10, 12, 16]
 
 
-@pytest.mark.parametrize(("duration_s", "last"), [(1.0, 1000), (0.001, 10), (0.0101, 20)])
-def test_a_run_ends_with_a_whole_tick(duration_s: float, last: int) -> None:
+@pytest.mark.parametrize(
+    ("duration_s", "last"), [(1.0, 1000), (0.001, 10), (0.0101, 20), (1e-12, 10)]
+)
+def test_a_run_ends_with_a_whole_tick_however_short_it_is(duration_s: float, last: int) -> None:
     assert schedule_of(RATES, duration_s, chain_is_all=True).last == last
 
 

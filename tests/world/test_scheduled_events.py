@@ -5,7 +5,6 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from testbed.laws.oil import ATMOSPHERE_PA
@@ -82,21 +81,35 @@ def test_a_failed_sensor_shows_what_it_showed_last_or_nothing(how: Any, reading_
     assert (m.board.transducers["gain"] == 1.0).sum() == 2 * len(AXES) - 1
 
 
+TICK_S = 0.01
+
+
+def pushed(m: Any, world: ScheduledEvents, ticks: int) -> list[tuple[float, float]]:
+    """Force on the body and on the last foot, N, in each of so many ticks."""
+    found = []
+    for _ in range(ticks):
+        world.push(TICK_S)
+        found.append((float(m.board.shove[0]), float(m.board.foot_shove[3, 0])))
+    return found
+
+
 def test_pushes_add_up_where_they_act_and_end_with_their_time() -> None:
     m, _, world = scheduled()
-    world.happen(shove(1.0, 100.0, duration_s=1.0))
-    world.happen(shove(1.5, 20.0, duration_s=1.0))
-    world.happen(shove(1.5, 7.0, duration_s=1.0, at="rr"))
-    for t, body_n, foot_n in (
-        (0.5, 0.0, 0.0),
-        (1.0, 100.0, 0.0),
-        (1.6, 120.0, 7.0),
-        (2.2, 20.0, 7.0),
-    ):
-        world.push(t)
-        assert (m.board.shove[0], m.board.foot_shove[3, 0]) == (body_n, foot_n)
-    world.push(2.5)
-    assert not np.any(m.board.shove) and not np.any(m.board.foot_shove)
+    world.happen(shove(1.0, 100.0, duration_s=0.04))
+    first = pushed(m, world, 2)
+    world.happen(shove(1.02, 20.0, duration_s=0.04))
+    world.happen(shove(1.02, 7.0, duration_s=0.03, at="rr"))
+    assert first == [(100.0, 0.0)] * 2
+    assert pushed(m, world, 6) == [(120.0, 7.0)] * 2 + [(20.0, 7.0), (20.0, 0.0)] + [(0.0, 0.0)] * 2
+
+
+@pytest.mark.parametrize("duration_s", [1e-4, 0.005, 0.01, 0.025, 0.2, 0.3])
+@pytest.mark.parametrize("at_s", [0.1, 0.103, 0.29])
+def test_a_push_has_the_momentum_of_its_force_and_duration(at_s: float, duration_s: float) -> None:
+    m, _, world = scheduled()
+    world.happen(shove(at_s, 1000.0, duration_s=duration_s))
+    momentum = TICK_S * sum(body_n for body_n, _ in pushed(m, world, 40))
+    assert momentum == pytest.approx(1000.0 * duration_s, rel=1e-9)
 
 
 def test_the_rest_is_handed_on_and_what_a_gait_carries_out_does_nothing_here() -> None:

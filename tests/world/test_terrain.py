@@ -61,6 +61,15 @@ def test_an_even_hill_in_a_file_is_an_even_slope_towards_x(
     assert ground.heights_m.shape[0] == ground.heights_m.shape[1] >= 2 * 3.0 / terrain.cell_m
 
 
+def test_a_slope_beside_a_file_that_has_its_own_is_refused(tmp_path: Path) -> None:
+    hill(tmp_path / "hill.asc", 30.0)
+    file = scenario(tmp_path, "{kind: elevation, elevation: {file: hill.asc}}")
+    again = [f"terrain.slope_deg={load_scenario(file).terrain.slope_deg!r}"]
+    assert load_scenario(file, again) == load_scenario(file), "as a run's folder has it"
+    with pytest.raises(InputError, match=r"slope_deg = 60.0: would have no effect: .* own, 30,"):
+        load_scenario(file, ["terrain.slope_deg=60"])
+
+
 def test_a_bump_on_a_slope_stands_where_it_is(tmp_path: Path) -> None:
     """A bump, 0.2 m high and 1 m wide, 2 m up a 40 degree hill that rises towards -y: its top
     stands at x = 2.
@@ -314,3 +323,44 @@ def test_a_foot_on_loose_ground_hands_its_load_to_the_other_diagonal() -> None:
     fl, fr, rl, rr = truth[-500:, 24:28].mean(axis=0)
     assert fl < 1000.0 and rr < 1500.0 and min(fr, rl) > 11000.0
     assert 1e-3 < settlement["fl"] < 1e-2 and settlement["fr"] == 0.0
+
+
+RAIN = "events=[{kind: set_friction, at_s: 0.1, friction: 0.2}]"
+
+
+@pytest.mark.parametrize(
+    ("own", "expected"),
+    [("friction: 0.7, damping_n_s_m: 1.0e5", 0.7), ("stiffness_n_m: 5.0e7", 0.2)],
+)
+def test_rain_wets_the_ground_but_for_patches_that_have_a_friction(
+    own: str, expected: float
+) -> None:
+    """Also where a patch has the very friction that the ground had before."""
+    patch = f"terrain.patches=[{{foot: fl, radius_m: 0.3, {own}}}]"
+    world = Simulation(load_scenario("stand_flat", [RAIN, patch, "terrain.friction=0.7"], 1, 0.3))
+    try:
+        world.run_block(300)
+        assert world.machine.engine.state()["footing"][:, 0] == pytest.approx(
+            [expected] + 3 * [0.2]
+        )
+    finally:
+        world.close()
+
+
+@pytest.mark.slow
+def test_a_robot_that_lies_on_its_belly_slides_when_rain_wets_the_slope() -> None:
+    """On 20 degrees it comes down by (sin - mu cos) g t^2 / 2, 0.4 m in 0.5 s at friction 0.02."""
+    lying = ["robot.vertical_m=0", "terrain.slope_deg=20", "ropes.enabled=false"]
+    wet = "events=[{kind: set_friction, at_s: 0.3, friction: 0.02}]"
+    ways = []
+    for changes in ([], [wet]):
+        world = Simulation(load_scenario("stand_slope_45", [*lying, *changes], 1, 0.8))
+        try:
+            truth = world.run_block(800)[1]
+            x, z = (world.truth_columns.index(f"body_pose_in_world_{axis}") for axis in "xz")
+            ways.append(float(np.hypot(*(truth[-1] - truth[0])[[x, z]])))
+        finally:
+            world.close()
+    slope = math.radians(20.0)
+    free = 0.5 * 9.81 * 0.5**2 * (math.sin(slope) - 0.02 * math.cos(slope))
+    assert ways[0] < 0.02 and ways[1] == pytest.approx(free, rel=0.1)

@@ -38,7 +38,8 @@ class Chain:
         self._parts = [part for task in tasks for part in legs_of_walk(task)]
         self._start, self._make = start, make
         self._stops = [event for event in events if isinstance(event, Stop)]
-        self._turns = [event for event in events if isinstance(event, Turn)]
+        turns = (event for event in events if isinstance(event, Turn))
+        self._turns = sorted(turns, key=lambda turn: turn.at_s)
         self._moved_m = np.zeros(3)
         self._index, self._began_s = 0, 0.0
         self._gait = make(self._parts[0], start)

@@ -14,7 +14,7 @@ from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, LEGS, SIDES, VERTICAL
 from testbed.machine.scale import ROBOCLIMBER, Scale
-from testbed.scenario.events import Event, LiftFoot, SetRope
+from testbed.scenario.events import Event, LiftFoot, SetRope, share_of_tick
 from testbed.scenario.tasks import Raise, Sway
 
 REACHED_M = 0.002
@@ -56,8 +56,9 @@ class Hold:
                 )
                 if event.at_s <= t <= event.at_s + event.duration_s:
                     stance[leg] = False
-            elif event.at_s <= t < event.at_s + event.duration_s:
-                rope_rates[SIDES.index(event.rope)] += event.pay_out_m / event.duration_s
+            else:
+                share = share_of_tick(t, dt, event.at_s, event.duration_s)
+                rope_rates[SIDES.index(event.rope)] += share * event.pay_out_m / event.duration_s
         return replace(self._held, joints=joints, rope_rates_m_s=rope_rates, stance=stance)
 
     def progress(self, t: float) -> dict[str, Any]:
@@ -70,14 +71,14 @@ class Hold:
 
     def _raised(self, task: Raise, t: float) -> Array:
         """(4) extension of the vertical joints at time t, m: ramps of `speed_m_s`, a new one every
-        `every_s`.
+        `every_s`. One that is longer than wanted at the start stays so.
         """
         start = self._held.joints[list(VERTICAL)]
         if t <= task.start_s:
             return start
         steps, since = divmod(t - task.start_s, task.every_s)
         height = task.step_m * steps + min(task.step_m, since * task.speed_m_s)
-        return np.asarray(np.minimum(start + height, task.to_m))
+        return np.asarray(np.minimum(start + height, np.maximum(task.to_m, start)))
 
 
 def window(t: float, start: float, duration: float, edge: float) -> float:

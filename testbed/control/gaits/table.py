@@ -21,7 +21,7 @@ from testbed.errors import InputError
 from testbed.formats.sockets import load_object
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.scenario.drilling import DrillHole
-from testbed.scenario.events import Event, Stop, Turn
+from testbed.scenario.events import Event, LiftFoot, SetRope, Stop, Turn
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import Chain as TaskChain
 from testbed.scenario.tasks import Commission, Crawl, Program, Sway
@@ -106,6 +106,7 @@ def gait_of(scenario: Scenario, start: BelievedStart, own: OwnParts = NOTHING_OW
     task = scenario.task
     gait: Gait
     if own.gait is not None:
+        _refuse_orders(scenario.events)
         gait = _with_mast(task, checked_gait(own.gait, start, field="gait"), start)
     elif needs_chain(scenario):
         tasks = task.tasks if isinstance(task, TaskChain) else (task,)
@@ -123,6 +124,20 @@ def gait_of(scenario: Scenario, start: BelievedStart, own: OwnParts = NOTHING_OW
     if scenario.control.supervisor:
         layers.append(Supervisor())
     return Layered(gait, tuple(layers)) if layers else gait
+
+
+def _refuse_orders(events: tuple[Event, ...]) -> None:
+    """Refuse events that a gait carries out where it is the caller's own, which knows nothing of
+    them.
+    """
+    for number, event in enumerate(events):
+        if isinstance(event, LiftFoot | SetRope | Stop | Turn):
+            raise InputError(
+                "is what a gait of your own does itself",
+                field=f"events.{number}",
+                value=event.kind,
+                allowed="a scenario without it",
+            )
 
 
 def needs_chain(scenario: Scenario) -> bool:

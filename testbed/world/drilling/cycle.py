@@ -126,6 +126,10 @@ class DrillCycle:
         self._weigh()
         return self._news
 
+    def reseed(self, seed: int) -> None:
+        """See drilling.Drilling: how feed and torque wander; the rock stays."""
+        self._rng = np.random.default_rng([seed, 12])
+
     def _begin(self, phase: str) -> None:
         self.phase, self._since = phase, 0.0
         self._news.append(

@@ -64,6 +64,10 @@ class Drilling(Protocol):
         """
         ...
 
+    def reseed(self, seed: int) -> None:
+        """Let what is still random of it come from another seed."""
+        ...
+
     def summary(self) -> dict[str, Any]:
         """What came of it, for summary.json."""
         ...
@@ -136,6 +140,9 @@ class DrillProgram:
             self.store_change_kg -= phase.rod_kg
             self.stored_kg -= phase.rod_kg
         self.phase = phase.kind
+
+    def reseed(self, seed: int) -> None:
+        """See Drilling: nothing of it is random."""
 
     def summary(self) -> dict[str, Any]:
         """See Drilling."""

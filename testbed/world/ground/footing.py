@@ -65,6 +65,8 @@ class Footing:
         plastic = terrain.plastic_n_m or np.inf
         everywhere = Place(terrain.friction, terrain.stiffness_n_m, terrain.damping_n_s_m, plastic)
         self._places = [everywhere]
+        self._of_ground = [True, *(patch.friction is None for patch in terrain.patches)]
+        """Which places have the ground's friction and none of their own."""
         self._circles: list[tuple[float, float, float]] = []
         for patch in terrain.patches:
             x, y = (
@@ -82,7 +84,9 @@ class Footing:
                 )
             )
         self._loose = terrain.loose or sinking(self._hidden)
-        self._under = [self._place_at(leg, foot) for leg, foot in enumerate(start)]
+        self._on = [self._patch_at(foot) for foot in start]
+        """Number of the place whose friction each foot has."""
+        self._under = [self._place_of(leg) for leg in range(len(LEGS))]
         for leg, place in enumerate(self._under):
             engine.set_footing(leg, place.friction, place.stiffness_n_m, place.damping_n_s_m)
         self._depth, self._set = [0.0] * len(LEGS), [0.0] * len(LEGS)
@@ -92,10 +96,11 @@ class Footing:
 
     def set_friction(self, friction: float) -> None:
         """Another friction wherever it is neither a patch's nor hidden under a foot."""
-        before = self._places[0].friction
-        self._places[0] = replace(self._places[0], friction=friction)
+        for number, of_ground in enumerate(self._of_ground):
+            if of_ground:
+                self._places[number] = replace(self._places[number], friction=friction)
         for leg, place in enumerate(self._under):
-            if place.friction == before:
+            if self._of_ground[self._on[leg]] and self._hidden[leg].friction is None:
                 self._under[leg] = replace(place, friction=friction)
                 self._engine.set_footing(leg, friction, place.stiffness_n_m, place.damping_n_s_m)
 
@@ -114,19 +119,33 @@ class Footing:
         """Stiffness under each foot (4), N/m."""
         return np.array([p.stiffness_n_m for p in self._under])
 
-    def _place_at(self, leg: int, foot: Array) -> Place:
-        """The place under a foot given in the slope's frame, with the friction that it hides."""
-        place, friction = self._patch_at(foot), self._hidden[leg].friction
+    def own_friction(self, feet_in_world: Array) -> Array:
+        """Friction of what is hidden under feet or of a patch with one of its own, (4,), with the
+        undersides at these places (4, 3), m; nan where it is the ground's.
+        """
+        found = np.full(len(LEGS), np.nan)
+        for leg, foot in enumerate(feet_in_world @ self._rotation):
+            place, hidden = self._patch_at(foot), self._hidden[leg].friction
+            if hidden is not None:
+                found[leg] = hidden
+            elif not self._of_ground[place]:
+                found[leg] = self._places[place].friction
+        return found
+
+    def _place_of(self, leg: int) -> Place:
+        """The place that a foot is on, with the friction that it hides."""
+        place, friction = self._places[self._on[leg]], self._hidden[leg].friction
         return place if friction is None else replace(place, friction=friction)
 
-    def _patch_at(self, foot: Array) -> Place:
-        """The last patch that holds a place wins."""
-        for (x, y, radius), place in zip(
-            reversed(self._circles), reversed(self._places), strict=False
-        ):
+    def _patch_at(self, foot: Array) -> int:
+        """Number of the place under a foot given in the slope's frame: the last patch that holds
+        it wins.
+        """
+        for number in range(len(self._circles), 0, -1):
+            x, y, radius = self._circles[number - 1]
             if (foot[0] - x) ** 2 + (foot[1] - y) ** 2 <= radius**2:
-                return place
-        return self._places[0]
+                return number
+        return 0
 
     def update(
         self, feet_in_world: Callable[[], Array], load_n: Array, normals: Array, dt: float
@@ -167,7 +186,8 @@ class Footing:
                 )
 
     def _step_on(self, leg: int, foot: Array, loaded: bool) -> None:
-        place, now = self._place_at(leg, foot), self._under[leg]
+        self._on[leg] = self._patch_at(foot)
+        place, now = self._place_of(leg), self._under[leg]
         if loaded and place is not now:
             place = Place(place.friction, now.stiffness_n_m, now.damping_n_s_m, now.plastic_n_m)
         if place != now:
