@@ -311,7 +311,9 @@ def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
 
 
 def _foot(raw: Raw, header: FootHeader) -> Iterator[Finding]:
-    force = raw.series["force"]
+    force = raw.series.get("force")
+    if force is None:
+        return  # it holds no number at all, which is said
     strong = float(np.quantile(np.abs(force), 0.95))
     if float(np.median(force[np.abs(force) > 0.3 * strong])) < 0.0:
         yield Finding(
