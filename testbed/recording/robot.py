@@ -171,4 +171,7 @@ def machine_of(header: RobotHeader, file: Path) -> Machine:
             changes[path] = item.value
     machine = build_machine(changes, file=file, section="known", of_set=of_set)
     urdf = None if header.surveyed is None else header.surveyed.urdf
-    return machine if urdf is None else machine.with_urdf(Path(urdf))
+    if urdf is None:
+        return machine
+    beside = file.parent / urdf  # an absolute path stays what it is
+    return machine.with_urdf(beside if beside.exists() else Path(urdf))

@@ -181,6 +181,19 @@ def test_every_fault_is_one_line_and_nothing_is_written(
     assert not out.exists()
 
 
+def test_a_urdf_beside_the_recording_is_found_from_anywhere(
+    sound: tuple[dict[str, Any], Columns], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    head, columns = sound
+    folder = write(tmp_path / "run", head | {"surveyed": SURVEY | {"urdf": "mine.urdf"}}, columns)
+    (folder / "mine.urdf").write_bytes(MACHINE.urdf.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    assert read_robot(folder).machine.urdf == folder / "mine.urdf"
+    (tmp_path / "mine.urdf").write_bytes(MACHINE.urdf.read_bytes())
+    (folder / "mine.urdf").unlink()
+    assert read_robot(folder).machine.urdf == Path("mine.urdf")  # as recordings once had it
+
+
 @pytest.mark.parametrize("name", ["valve_rr_vertical", "supply_pressure"])
 def test_a_diagnosis_needs_more_channels_than_an_estimate(
     name: str, sound: tuple[dict[str, Any], Columns], tmp_path: Path
