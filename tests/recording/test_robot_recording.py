@@ -95,6 +95,10 @@ FAULTS: dict[str, tuple[Fault, str]] = {
         put(f"channels/{PRESSURE}/unit", "furlong"),
         f"channels.{PRESSURE}.unit = 'furlong': wrong unit",
     ),
+    "a unit of its own of what rides along": (
+        put("channels/mystery", {"column": "t", "unit": "furlong"}),
+        "channels.mystery.unit = 'furlong': wrong unit",
+    ),
     "supply in volts": (put("channels/supply_pressure/unit", "V"), "wrong unit"),
     "volts without calibration": (put(f"channels/{PRESSURE}/unit", "V"), "needs a calibration"),
     "calibration beside Pa": (
