@@ -136,7 +136,7 @@ def test_stuck_sensor_is_named_with_its_time(recording):
     pa = recording.pressure_a_pa.copy()
     pa[5000:12000] = pa[5000]
     with pytest.raises(
-        InputError, match=r"pressure_a: the sensor is stuck .* from t = 4.99\d s to 12 s"
+        InputError, match=r"pressure_a: the sensor is stuck .* from t = 4.99\d s to 11.999 s"
     ):
         identify([replace(recording, pressure_a_pa=pa)], KNOWN)
 
