@@ -152,5 +152,5 @@ def _said_again(
 
 
 def _short(value: object, limit: int = 60) -> str:
-    text = repr(value)
+    text = repr(str(value) if isinstance(value, Path) else value)
     return text if len(text) <= limit else text[: limit - 3] + "..."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import pickle
+from pathlib import Path
 
 import pytest
 
@@ -29,6 +30,11 @@ def test_the_line_names_file_field_value_and_what_is_allowed() -> None:
 )
 def test_what_is_not_known_is_left_out(given: dict[str, object], line: str) -> None:
     assert str(InputError("is wrong", **given)) == line  # type: ignore[arg-type]
+
+
+def test_a_path_is_said_as_it_was_given() -> None:
+    error = InputError("would have no effect", field="--out", value=Path("x.html"))
+    assert str(error) == "--out = 'x.html': would have no effect"
 
 
 def test_line_ends_and_long_values_make_no_second_line_and_no_endless_one() -> None:

@@ -67,7 +67,7 @@ def calibrate(
 
 
 def identify(
-    rig: Annotated[Path, typer.Argument(metavar="RIG", help="Folder with identify/ and verify/.")],
+    rig: Annotated[Path, typer.Argument(metavar="RIG", help="Folder with identify/.")],
     out: Annotated[Path, typer.Option(help="Model file to write.")],
     json: Json = False,
 ) -> None:

@@ -178,19 +178,22 @@ def recording_folder(place: str | Path) -> Path:
     return check_links(folder)
 
 
-def read_rig(folder: str | Path, allowed: str = RIG) -> Rig:
+def read_rig(folder: str | Path, allowed: str = RIG, judged: bool = True) -> Rig:
     """Read a rig folder with `identify/` and `verify/`; `allowed`: what is said where it is none.
 
-    Raises InputError where one of them is missing or empty, and for recordings of different
-    machines.
+    `judged`: false where nothing is judged on `verify/`, which may then be missing. Raises
+    InputError where one of them is missing or empty, and for recordings of different machines.
     """
     folder = Path(folder)
     if not folder.is_dir():
         problem = "is not a folder" if folder.exists() else "no such folder"
         raise InputError(problem, file=folder, allowed=allowed)
     check_links(folder)
-    parts = {}
+    parts: dict[str, tuple[Recording, ...]] = {}
     for part in ("identify", "verify"):
+        if part == "verify" and not judged and not (folder / part).is_dir():
+            parts[part] = ()
+            continue
         if not (folder / part).is_dir():
             raise InputError(
                 f"has no folder {part!r}",

@@ -86,6 +86,8 @@ def read_foot(folder: str | Path, missing: bool = False) -> FootRecording:
     for name, values in series.items():
         if not (missing and name == "force"):
             check_finite(name, values, series["time"], table)
+    if not np.isfinite(series["force"]).any():
+        raise InputError("holds no number", file=table, field="channels.force")
     contact = None
     if "contact" in series:
         contact = as_contact(series["contact"], table, channels["contact"].column)

@@ -16,7 +16,7 @@ from testbed.formats.arrays import Array
 from testbed.formats.checked import Checked, checked
 from testbed.formats.checked import Sequence as Listed
 from testbed.formats.table import read_columns
-from testbed.formats.units import convertible, to_si
+from testbed.formats.units import UNITS, convertible, to_si
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.build import build_machine
 from testbed.machine.model import Machine
@@ -30,7 +30,8 @@ from testbed.recording.axis_header import (
     check_unit,
 )
 from testbed.recording.checks import check_finite, check_pressure, check_span, check_time, in_pa
-from testbed.recording.former import UNITS, current_numbers, written_for
+from testbed.recording.former import UNITS as FORMER_UNITS
+from testbed.recording.former import current_numbers, written_for
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
 from testbed.recording.survey import Surveyed
 
@@ -132,8 +133,10 @@ def read_robot_header(path: Path) -> RobotHeader:
             )
         if found is not None and is_evidence(quantity):
             volt = ("V", "mV") if quantity.startswith("pressure_") else ()
-            former = (UNITS[quantity],) if quantity in UNITS else ()
+            former = (FORMER_UNITS[quantity],) if quantity in FORMER_UNITS else ()
             check_unit(quantity, channel, (*convertible(found[0]), *volt, *former), path)
+        else:
+            check_unit(quantity, channel, tuple(UNITS), path)
     check_present(header.channels, OF_LEGS if header.surveyed is None else OF_BODY, path)
     if (
         header.surveyed is not None
@@ -171,4 +174,7 @@ def machine_of(header: RobotHeader, file: Path) -> Machine:
             changes[path] = item.value
     machine = build_machine(changes, file=file, section="known", of_set=of_set)
     urdf = None if header.surveyed is None else header.surveyed.urdf
-    return machine if urdf is None else machine.with_urdf(Path(urdf))
+    if urdf is None:
+        return machine
+    beside = file.parent / urdf  # an absolute path stays what it is
+    return machine.with_urdf(beside if beside.exists() else Path(urdf))

@@ -61,7 +61,7 @@ def quantities(rig: str) -> list[dict[str, Any]]:
 def units(quantity: str, unit: str) -> list[str]:
     """Every unit that a quantity's column may be in; a pressure sensor's may be a voltage too."""
     volt = ["V", "mV"] if quantity.startswith("pressure_") else []
-    return [name for one in unit.split(", rotation: ") for name in convertible(one)] + volt
+    return [name for one in unit.split(" or ") for name in convertible(one)] + volt
 
 
 def table() -> list[list[str]]:

@@ -52,6 +52,6 @@ class Surveyed(Checked):
     its feet are not balanced
     """
     urdf: str | None = None
-    """URDF of the machine; null: the shipped one"""
+    """URDF of the machine, its path whole or from the recording's folder; null: the shipped one"""
     tolerances: Literal["workshop"] | None = "workshop"
     """how far the machine may be from its drawing; null: it is exactly that"""

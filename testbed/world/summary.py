@@ -47,7 +47,7 @@ def surveyed(simulation: Simulation) -> dict[str, Any]:
         "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
         "rope_attachment_height_m": scenario.ropes.attachment_height_m,
         "payload_kg": scenario.carried_kg,
-        "urdf": None if is_shipped_urdf(urdf) else str(urdf),
+        "urdf": None if is_shipped_urdf(urdf) else str(urdf.resolve()),
         "tolerances": scenario.tolerances,
     }
 

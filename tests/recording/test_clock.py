@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from testbed.formats.table import write_columns
+from testbed.formats.yaml_files import write_yaml
 from testbed.recording.axis_header import AnyHeader
-from testbed.recording.checker.clock import check_clock, rising
+from testbed.recording.checker.check import check_recording
+from testbed.recording.checker.clock import OTHER_UNIT, check_clock, rising
 from testbed.recording.checker.finding import Checked, Finding, sorted_findings
 from testbed.recording.checker.raw import Raw
 
@@ -119,3 +124,30 @@ def test_the_worst_comes_first_and_an_error_makes_a_recording_unusable() -> None
 )
 def test_a_stretch_of_time_in_words(from_s: float | None, to_s: float | None, words: str) -> None:
     assert Finding("note", "time", "", "", "", from_s, to_s).when() == words
+
+
+def test_a_clock_of_whole_seconds_stands_still_and_its_steps_are_no_gaps() -> None:
+    (finding, rate) = found(np.floor(ticks(2000)), 0.1 * ticks(2000))
+    assert finding.what.startswith("time stands still") and rate.what == OTHER_UNIT
+
+
+def test_of_a_clock_in_another_unit_nothing_else_is_computed(tmp_path: Path) -> None:
+    """Seconds that are declared to be ns: a smoothing of 12 ms would span ten million million
+    rows.
+    """
+    t = ticks(2000)
+    columns = {"t": t, "x": 0.2 + 0.05 * np.sin(t), "p": 2e6 + 1e5 * np.sin(3.0 * t)}
+    write_columns(tmp_path / "data.csv", columns)
+    units = {"time": ("t", "ns"), "position": ("x", "m"), "pressure_a": ("p", "Pa")}
+    header = {
+        "format": "roboclimber-recording/1",
+        "rig": "cylinder",
+        "data": "data.csv",
+        "sample_rate_hz": RATE_HZ,
+        "channels": {name: {"column": c, "unit": u} for name, (c, u) in units.items()},
+        "known": {"bore_m": 0.07},
+        "reference_force": {"kind": "free"},
+    }
+    write_yaml(tmp_path / "recording.yaml", header)
+    (finding,) = check_recording(tmp_path).findings
+    assert (finding.severity, finding.what) == ("error", OTHER_UNIT)

@@ -200,6 +200,8 @@ def test_a_rig_needs_identify_and_verify(tmp_path: Path) -> None:
     write(tmp_path / "rig" / "identify" / "sine", header(), table())
     with pytest.raises(InputError, match="has no folder 'verify'"):
         read_rig(tmp_path / "rig")
+    alone = read_rig(tmp_path / "rig", judged=False)  # as identify reads it, which judges nothing
+    assert ([r.name for r in alone.identify], alone.verify) == (["sine"], ())
     write(tmp_path / "rig" / "verify" / "sine", header(), table())
     assert [r.name for r in read_rig(tmp_path / "rig").verify] == ["sine"]
 

@@ -95,6 +95,10 @@ FAULTS: dict[str, tuple[Fault, str]] = {
         put(f"channels/{PRESSURE}/unit", "furlong"),
         f"channels.{PRESSURE}.unit = 'furlong': wrong unit",
     ),
+    "a unit of its own of what rides along": (
+        put("channels/mystery", {"column": "t", "unit": "furlong"}),
+        "channels.mystery.unit = 'furlong': wrong unit",
+    ),
     "supply in volts": (put("channels/supply_pressure/unit", "V"), "wrong unit"),
     "volts without calibration": (put(f"channels/{PRESSURE}/unit", "V"), "needs a calibration"),
     "calibration beside Pa": (
@@ -179,6 +183,19 @@ def test_every_fault_is_one_line_and_nothing_is_written(
     said = capsys.readouterr().err
     assert left.value.code == 2 and said.count("\n") == 1 and words in said, said
     assert not out.exists()
+
+
+def test_a_urdf_beside_the_recording_is_found_from_anywhere(
+    sound: tuple[dict[str, Any], Columns], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    head, columns = sound
+    folder = write(tmp_path / "run", head | {"surveyed": SURVEY | {"urdf": "mine.urdf"}}, columns)
+    (folder / "mine.urdf").write_bytes(MACHINE.urdf.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    assert read_robot(folder).machine.urdf == folder / "mine.urdf"
+    (tmp_path / "mine.urdf").write_bytes(MACHINE.urdf.read_bytes())
+    (folder / "mine.urdf").unlink()
+    assert read_robot(folder).machine.urdf == Path("mine.urdf")  # as recordings once had it
 
 
 @pytest.mark.parametrize("name", ["valve_rr_vertical", "supply_pressure"])

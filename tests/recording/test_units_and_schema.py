@@ -187,3 +187,13 @@ def test_the_schema_lists_every_field_and_every_quantity_with_a_meaning(
         assert all(q["meaning"] and q["units"] for q in entry["quantities"])
     needed = {q["quantity"] for q in quantities("drive") if q["needed"]}
     assert needed == {"time", "position", "actuator_force"}
+
+
+def test_every_unit_that_the_schema_lists_is_one_and_becomes_the_quantitys() -> None:
+    for rig in RIGS:
+        for quantity in quantities(rig):
+            known = set(quantity["unit"].split(" or "))
+            volts = {"V"} if quantity["quantity"].startswith("pressure_") else set()
+            assert {UNITS[unit].si for unit in quantity["units"]} == known | volts
+    angle_or_way = next(q for q in quantities("robot") if q["quantity"].startswith("position_"))
+    assert {"m", "mm", "rad", "deg"} <= set(angle_or_way["units"])

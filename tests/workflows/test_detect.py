@@ -20,6 +20,7 @@ from testbed.errors import InputError
 from testbed.estimation.contact_losses import LossRule
 from testbed.formats.table import write_columns
 from testbed.formats.yaml_files import read_mapping, write_yaml
+from testbed.recording.checker.check import check_recording
 
 SAMPLES = Path(__file__).parents[1] / "data" / "first_version"
 WALK = Walk(noise=0.02, offset=0.01, duration_s=30.0)
@@ -195,6 +196,15 @@ def test_missing_forces_hold_the_state_and_are_said_to_be_unknown(tmp_path: Path
     foot = _foot(tmp_path / "foot", replace(WALK, missing=0.3), {"nominal_load_n": 9500.0})
     found = _detect(foot, "--out", tmp_path / "out.csv")["feet"]["foot"]
     assert found["missed"] == 0 and found["missed_s"] < 0.4
+
+
+def test_a_force_without_any_number_is_refused_by_check_and_by_detect(tmp_path: Path) -> None:
+    time, true, reading = WALK.draw()
+    foot = _recorded(tmp_path / "foot", time, true, np.full_like(reading, np.nan))
+    (found,) = check_recording(foot).findings
+    assert (found.channel, found.what) == ("force", "holds no number at all")
+    with pytest.raises(InputError, match=r"channels\.force: holds no number"):
+        _detect(foot, "--out", tmp_path / "out.csv")
 
 
 def test_a_detector_of_ones_own_judges_a_foot(tmp_path: Path) -> None:

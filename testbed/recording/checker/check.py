@@ -19,7 +19,7 @@ from testbed.recording.checker.balance import (
     check_balance,
     check_reference,
 )
-from testbed.recording.checker.clock import check_clock, rising
+from testbed.recording.checker.clock import OTHER_UNIT, check_clock, rising
 from testbed.recording.checker.finding import Checked, Finding, sorted_findings
 from testbed.recording.checker.flow import check_flow
 from testbed.recording.checker.gains import check_gains
@@ -74,7 +74,7 @@ def check_recording(place: str | Path) -> Checked:
             raise
         return Checked(folder.resolve().name, (_refused(error),))
     found = list(check_clock(raw))
-    if len(raw.time_s) >= MINIMUM_SAMPLES:
+    if len(raw.time_s) >= MINIMUM_SAMPLES and all(f.what != OTHER_UNIT for f in found):
         found += _values(raw)
     if all(finding.severity != "error" for finding in found):
         found += _as_a_reader(raw, folder)
@@ -311,9 +311,11 @@ def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
 
 
 def _foot(raw: Raw, header: FootHeader) -> Iterator[Finding]:
-    force = raw.series["force"]
+    force = raw.series.get("force")
+    if force is None:
+        return  # it holds no number at all, which is said
     strong = float(np.quantile(np.abs(force), 0.95))
-    if float(np.median(force[np.abs(force) > 0.3 * strong])) < 0.0:
+    if strong and float(np.median(force[np.abs(force) > 0.3 * strong])) < 0.0:
         yield Finding(
             "error",
             "force",

@@ -18,6 +18,8 @@ GAP_STEPS, GAP_S = 3.5, 0.02
 LONG_GAP_S = 0.1
 """A longer gap is more than a hiccup of a logger that is not hard in time."""
 RATE_OFF = 0.05
+OTHER_UNIT = "is hardly in the declared unit"
+"""Said of a clock of which nothing can be computed."""
 JUMPED = 0.35
 """Where the position moved on by less than this share of what its speed asks for, only the clock
 has jumped.
@@ -88,7 +90,7 @@ def _rate(raw: Raw, steps: Array) -> Iterator[Finding]:
         yield Finding(
             "error" if hopeless else "warning",
             "time",
-            "is hardly in the declared unit" if hopeless else "the rate is not the declared one",
+            OTHER_UNIT if hopeless else "the rate is not the declared one",
             f"{found:.5g} Hz in the table, {declared:.5g} Hz declared",
             "put channels.time.unit right (ms?)" if hopeless else "put sample_rate_hz right",
         )
@@ -98,7 +100,10 @@ def _gaps(raw: Raw) -> Iterator[Finding]:
     """Gaps in one finding, clock jumps in another."""
     time = raw.time_s
     steps = np.diff(time)
-    usual = float(np.median(steps))
+    forward = steps[steps > 0.0]
+    if not forward.size:
+        return
+    usual = float(np.median(forward))  # a clock of whole seconds stands still in most rows
     far = np.flatnonzero(steps > max(GAP_STEPS * usual, usual + GAP_S))
     jumps = [jump for jump in far if _only_the_clock(raw, int(jump), usual)]
     gaps = [jump for jump in far if jump not in jumps]
