@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from testbed.estimation.calibration import (
     A_SD,
-    ASYMMETRY,
     B_SD_V,
     LOAD_SD,
     PRESSURE_SD_M2,
     Calibrated,
     calibrate,
 )
+from testbed.estimation.friction.declared_numbers import ASYMMETRY
 from testbed.estimation.friction.identification import identify
 from testbed.estimation.friction.posterior import curve
 from testbed.formats.arrays import Array
