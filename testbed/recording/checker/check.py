@@ -130,7 +130,7 @@ def _values(raw: Raw) -> Iterator[Finding]:
         yield from check(raw)
     if raw.machine is not None:
         yield from _robot(raw)
-    elif isinstance(raw.header, FootHeader):
+    elif isinstance(raw.header, FootHeader) and "force" in raw.series:
         yield from _foot(raw, raw.header)
     elif isinstance(raw.header, Header):
         yield from _axis(raw, raw.header)
@@ -311,9 +311,7 @@ def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
 
 
 def _foot(raw: Raw, header: FootHeader) -> Iterator[Finding]:
-    force = raw.series.get("force")
-    if force is None:
-        return  # it holds no number at all, which is said
+    force = raw.series["force"]
     strong = float(np.quantile(np.abs(force), 0.95))
     if strong and float(np.median(force[np.abs(force) > 0.3 * strong])) < 0.0:
         yield Finding(
