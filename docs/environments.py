@@ -37,7 +37,8 @@ the keyword arguments below say otherwise. The reward is the sum of the terms be
 `info["reward_terms"]` has every step's. `info["action_mask"]`, and `action_masks()`, say which rows of an action have an
 effect in the next step. An episode ends (terminated) when the robot falls, slides or a rope breaks, and
 is cut off (truncated) at the scenario's end; a climb by groups of swings also where its steps are made or none is
-within reach. Same seed, same bits. `render_mode`: `rgb_array`, `human`. Vectors: `gymnasium.make_vec(id, n, vectorization_mode="async")`, autoreset in the next or in the same step. A reset draws a
+within reach. Same seed, same bits. `render_mode`: `rgb_array`, `human`. Vectors:
+`gymnasium.make_vec(id, n, vectorization_mode="async")`, autoreset in the next or in the same step. A reset draws a
 machine; `reset(options={"same_machine": True})` begins again on the last one with other noise, a thirtieth of the work.
 `env.unwrapped.save()` and `restore(saved)` go back to any instant of the episode, to the last bit.
 
