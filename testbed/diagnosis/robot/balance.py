@@ -9,7 +9,7 @@ carries nothing: its three forces must vanish.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -75,12 +75,26 @@ def _rows_of_bins(
     }
 
 
-def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Array) -> BodyBalance:
-    """Hold the measured bins against the believed machine; `ropes_in_world` (2, 3) as surveyed."""
+def balance_of(
+    bins: Bins,
+    other: OtherSigns,
+    robot: Robot,
+    ropes_in_world: Array,
+    beside: Mapping[int, Array] | None = None,
+) -> BodyBalance:
+    """Hold the measured bins against the believed machine; `ropes_in_world` (2, 3) as surveyed.
+
+    `beside`: cylinder -> (n,) N by which its force is thought to be less than its pressures say.
+    Everything is then as with these forces, and what they make is still missed: the same straight
+    lines, drawn where the machine is thought to be.
+    """
     machine, n = robot.machine, bins.count
     coulomb, viscous, spread = friction(bins, machine)
     area_a, area_b = areas(machine)
-    piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b
+    less = np.zeros((n, len(AXES)))
+    for at, force_n in (beside or {}).items():
+        less[:, at] = force_n
+    piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b - less
     rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
     rope_way = np.einsum("rj,njk->nrk", ropes_in_world, rotation)
     hangs = hanging(bins, machine.scale)
@@ -154,6 +168,7 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
     counted[:, 6:] = np.repeat(measured.hangs, JOINTS_A_LEG, axis=1)
     counted[_lies(machine, frames, seen.foot_m), :6] = False
     missing, by_force = (np.array([getattr(one, name) for one in found]) for name in ROWS)
+    missing += np.einsum("nri,ni->nr", by_force, less)
     return BodyBalance(seen, missing, by_force, counted, foot_force, spread)
 
 

@@ -111,13 +111,15 @@ def weighed_by_law(ledger: Ledger, tried: Sequence[Hypothesis]) -> list[Hypothes
         found = []
         for k, one in enumerate(told):
             bent = [n for n in one.names if _bends_force(ledger.balances.candidates[n])]
+            price = 0.0
             if bent and k < FITTED:
-                change = _law_evidence(ledger, one) - ledger.hypothesis(one.names).log_factor
+                evidence, price = _law_evidence(ledger, one)
+                change = evidence - ledger.hypothesis(one.names).log_factor
             else:
                 change = sum(lost.get(name, 0.0) for name in bent)
             if size == 1 and bent:
                 lost[one.names[0]] = min(change, 0.0)
-            found.append(replace(one, log_factor=one.log_factor + change))
+            found.append(replace(one, log_factor=one.log_factor + change, price=price))
         out += sorted(found, key=lambda h: -h.log_factor)
     return out
 
@@ -127,12 +129,13 @@ def _bends_force(candidate: Candidate) -> bool:
     return bool(candidate.effect.bends) and candidate.effect.seen_in == ("force",)
 
 
-def _law_evidence(ledger: Ledger, hypothesis: Hypothesis) -> float:
+def _law_evidence(ledger: Ledger, hypothesis: Hypothesis) -> tuple[float, float]:
     """Ln of the Bayes factor of a set against a sound machine by its laws, where the fit to them
-    ends (Laplace).
+    ends (Laplace); and what of it its numbers cost.
     """
     fit = _Fit(ledger.balances, _linear(ledger.balances, hypothesis))
-    return fit.evidence() - sum(ledger.price(name) for name in hypothesis.names)
+    evidence, price = fit.evidence()
+    return evidence - sum(ledger.price(name) for name in hypothesis.names), price
 
 
 class _Fit:
@@ -173,16 +176,16 @@ class _Fit:
         numbers = self._likeliest()
         return Fitted(self.parts, numbers, self._step(numbers)[1])
 
-    def evidence(self) -> float:
+    def evidence(self) -> tuple[float, float]:
         """Ln of the Bayes factor against a sound machine, taken for normal about the likeliest
-        numbers.
+        numbers; and what these numbers cost in it.
         """
         numbers = self._likeliest()
         sd, free = self.sd[self.free], np.ix_(self.free, self.free)
         size = np.linalg.slogdet(self._step(numbers)[1][free] / np.outer(sd, sd))[1]
         nothing = sum(float(m @ m) for m in (_divided(g.missing, r) for g, r in self.groups))
         price = sum(self._price(part, numbers) for part in self.parts if part.coordinates)
-        return 0.5 * nothing - self._cost(numbers) + 0.5 * float(size) - price
+        return 0.5 * nothing - self._cost(numbers) + 0.5 * float(size) - price, price
 
     def _price(self, part: Part, numbers: Array) -> float:
         """What its numbers cost an effect: of two recordings one is enough to show that it is no

@@ -170,7 +170,7 @@ def _ambiguous(chosen: Hypothesis, tried: Sequence[Hypothesis]) -> dict[str, tup
     for name in chosen.names:
         rest = set(chosen.names) - {name}
         rivals = [
-            (h.log_factor, next(iter(set(h.names) - rest)))
+            (h.log_factor + h.price, next(iter(set(h.names) - rest)))
             for h in tried
             if len(h.names) == len(chosen.names) and rest < set(h.names) and name not in h.names
         ]

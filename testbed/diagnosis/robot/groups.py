@@ -89,13 +89,14 @@ def balances_of(
     ropes_in_world: Array,
     granted: Mapping[str, Mapping[str, float]],
     sound: Mapping[str, RawGroup] | None = None,
+    beside: Mapping[int, Array] | None = None,
 ) -> Balances:
     """Measure a recording's columns against the believed robot; `ropes_in_world` (2, 3) as
     surveyed. `granted`: effect at its place -> parameters that are believed already, beside the
     robot's numbers. `sound`: `raw_groups` of an earlier recording of the same machine, when
-    nothing was wrong with it.
+    nothing was wrong with it. `beside`: see balance.balance_of.
     """
-    bins, body, raw = raw_groups(data, robot, ropes_in_world)
+    bins, body, raw = raw_groups(data, robot, ropes_in_world, beside)
     found = {c.name: c for c in _candidates(body, robot.machine.scale)}
     raw = {key: _without(group, granted, found) for key, group in raw.items()}
     if sound is not None:
@@ -106,10 +107,13 @@ def balances_of(
 
 
 def raw_groups(
-    data: Mapping[str, Array], robot: Robot, ropes_in_world: Array
+    data: Mapping[str, Array],
+    robot: Robot,
+    ropes_in_world: Array,
+    beside: Mapping[int, Array] | None = None,
 ) -> tuple[Bins, BodyBalance, dict[str, RawGroup]]:
     """The groups of a recording in their own units, with the bins and the body's balance that they
-    are made of.
+    are made of; `beside`: see balance.balance_of.
     """
     machine = robot.machine
     frame, bins = Frame.of(np.asarray(data["t"], dtype=float)), bins_of(data, robot)
@@ -122,7 +126,7 @@ def raw_groups(
         np.array([line.frequency_hz for line in lines]),
         np.array([line.amplitude_n for line in lines]),
     )
-    body = balance_of(bins, other, robot, ropes_in_world)
+    body = balance_of(bins, other, robot, ropes_in_world, beside)
     raw = {
         FORCES: forces.group_of(body, machine),
         "feet": feet.group_of(body, bins, machine.scale),

@@ -53,6 +53,10 @@ class Hypothesis:
     covariance: Array
     apart: bool = False
     """Two effects of which no balance shows both."""
+    price: float = 0.0
+    """What its evidence is less for numbers with which it would be another effect: these balances
+    do not tell it from that one.
+    """
 
 
 class Ledger:

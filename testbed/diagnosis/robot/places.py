@@ -19,6 +19,8 @@ round (E).
 """
 HUNTING = 1.5
 """Joints that hunt within their play are those that have much of it, and go from end to end (E)."""
+DRAGS = 0.5
+"""A joint that slides as surely as that drags its encoder along (E)."""
 STILL_SHARE = 0.15
 """Share of an encoder's rounding that is left between two edges at which it reads the same (E)."""
 
@@ -61,7 +63,7 @@ def lies_in_play(direction: Array) -> tuple[Array, Array]:
     joint goes from one end to the other unseen.
     """
     surely = slides_surely(direction)
-    way = np.where(surely > 0.5, np.sign(direction), 0.0)
+    way = np.where(surely > DRAGS, np.sign(direction), 0.0)
     index = np.arange(len(direction))[:, None]
     last = np.maximum.accumulate(np.where(way != 0.0, index, 0))
     return np.take_along_axis(way, last, axis=0), 1.0 - surely
