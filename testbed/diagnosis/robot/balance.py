@@ -10,7 +10,7 @@ carries nothing: its three forces must vanish.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import Bins
 from testbed.diagnosis.robot.friction import areas, friction, side_coefficient, side_growth
+from testbed.diagnosis.robot.held_ropes import HeldRopes
 from testbed.diagnosis.robot.oil import Oil
 from testbed.diagnosis.robot.supply import Supply
 from testbed.effects.signature import RobotSeen
@@ -161,6 +162,7 @@ def balance_of(
         supply_by_pressure=other.supply.by_pressure,
         supply_by_flow=other.supply.by_flow,
         drawn_m3_s=other.supply.drawn_m3_s,
+        shows_ropes=other.ropes.shown,
         line_hz=other.line_hz,
         line_n=other.line_n,
     )
@@ -175,7 +177,7 @@ def balance_of(
 @dataclass(frozen=True, eq=False)
 class OtherSigns:
     """What effects look at beside the equations of motion: oil, supply, lines of the piston forces
-    (12,).
+    (12,), held ropes.
     """
 
     oils: Sequence[Oil]
@@ -183,6 +185,7 @@ class OtherSigns:
     line_hz: Array
     line_n: Array
     """Amplitude of what is surely a line, else 0."""
+    ropes: HeldRopes = field(default_factory=HeldRopes.none)
 
 
 ROWS = ("missing", "by_force")

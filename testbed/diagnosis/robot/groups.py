@@ -1,7 +1,8 @@
 """All balances of a recording, divided by their noise: what every hypothesis is held against.
 
 Groups: `forces` (the body's six balances and the swinging feet's), `oil <axis>` (two chambers),
-`feet` (places of standing feet) and `supply`. Groups are taken as independent of each other.
+`feet` (places of standing feet), `supply` and, where they show, `ropes`. Groups are taken as
+independent of each other.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.evidence import RawGroup, Whitened
 from testbed.diagnosis.robot.hauling import hauling_of
+from testbed.diagnosis.robot.held_ropes import held_ropes
 from testbed.diagnosis.robot.lines import lines_of
 from testbed.diagnosis.robot.supply import supply_of
 from testbed.diagnosis.robot.unexplained import ALL_UNEXPLAINED
@@ -28,7 +30,7 @@ from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
-FORCES, LINE = "forces", "line"
+FORCES, LINE, ROPES = "forces", "line", "ropes"
 MOST_NUMBERS = 4
 """An effect with more numbers has a course in time."""
 
@@ -100,7 +102,7 @@ def balances_of(
     found = {c.name: c for c in _candidates(body, robot.machine.scale)}
     raw = {key: _without(group, granted, found) for key, group in raw.items()}
     if sound is not None:
-        raw = {key: group.knowing(sound[key]) for key, group in raw.items()}
+        raw = {k: g.knowing(sound[k]) if k in sound else g for k, g in raw.items()}
     signatures = {name: candidate.signature for name, candidate in found.items()}
     groups = {key: group.whitened(signatures) for key, group in raw.items()}
     return Balances(bins, body, raw, groups, found)
@@ -125,6 +127,7 @@ def raw_groups(
         supply,
         np.array([line.frequency_hz for line in lines]),
         np.array([line.amplitude_n for line in lines]),
+        held_ropes(bins, robot, ropes_in_world),
     )
     body = balance_of(bins, other, robot, ropes_in_world, beside)
     raw = {
@@ -132,6 +135,8 @@ def raw_groups(
         "feet": feet.group_of(body, bins, machine.scale),
         "supply": supply.group(bins.time_s),
     }
+    if other.ropes.shown:
+        raw[ROPES] = other.ropes.group()
     for i in range(len(AXES)):
         raw[f"oil {AXES[i]}"] = oil.group_of(oils[i], i, machine, bins.time_s)
         raw[f"{LINE} {AXES[i]}"] = lines[i].group(i, machine.scale)
