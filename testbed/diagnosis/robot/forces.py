@@ -357,14 +357,14 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
         out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(lasting, lasting)
         out += (apart == 0.0) * np.outer(fresh, fresh)
         if seen.line_n[axis] > 0.0:
-            out += _swung(seen, axis, by, apart)
+            out += swung(seen, axis, by, apart)
     if known.alike_share > 0.0:
         held = by_axis * (known.alike_share * (1.0 - share) * dry)[bins]
         out += _held_alike(seen, bins, held, known.alike_s)
     return np.asarray(out)
 
 
-def _swung(seen: RobotSeen, axis: int, by: Array, apart: Array) -> Array:
+def swung(seen: RobotSeen, axis: int, by: Array, apart: Array) -> Array:
     """Covariance (rows, rows) of what a line of a piston's force leaves in bins that are not long
     beside its period; `by` (rows,) by that force, `apart` (rows, rows) s.
     """
