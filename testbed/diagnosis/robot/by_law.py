@@ -22,6 +22,8 @@ from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.together import Changes, of_first
+from testbed.diagnosis.robot.unexplained import listed
+from testbed.effects import place_of
 from testbed.effects.signature import Change
 from testbed.effects.terms import Coordinate
 
@@ -120,8 +122,28 @@ def weighed_by_law(ledger: Ledger, tried: Sequence[Hypothesis]) -> list[Hypothes
             if size == 1 and bent:
                 lost[one.names[0]] = min(change, 0.0)
             found.append(replace(one, log_factor=one.log_factor + change, price=price))
-        out += sorted(found, key=lambda h: -h.log_factor)
+        out += sorted(_as_twins(found), key=lambda h: -h.log_factor)
     return out
+
+
+def _as_twins(found: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Hypotheses of one size with as much of their price given back as makes them as likely as the
+    best that has another effect at the same place instead: what makes the same there is no better
+    and no worse.
+    """
+    out = []
+    for one in found:
+        twins = (h.log_factor for h in found if one.price > 0.0 and _are_twins(one, h))
+        back = max(twins, default=one.log_factor) - one.log_factor
+        back = min(max(back, 0.0), one.price)
+        out.append(replace(one, log_factor=one.log_factor + back, price=one.price - back))
+    return out
+
+
+def _are_twins(one: Hypothesis, other: Hypothesis) -> bool:
+    own, others = set(one.names) - set(other.names), set(other.names) - set(one.names)
+    places = [{place_of(name) for name in names} for names in (own, others)]
+    return len(own) == len(others) == 1 and places[0] == places[1] and listed(tuple(others))
 
 
 def _bends_force(candidate: Candidate) -> bool:

@@ -11,6 +11,7 @@ import copy
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +37,8 @@ SURELY_BELOW = 1.0
 """A number that cannot be negative and seems to be, by so many standard deviations, is held at 0
 where its effect has others.
 """
+DRAWS = 1000
+"""Of an effect's likely numbers so many are tried, the same in every run."""
 KEPT = 60
 """Of all hypotheses so many of the best are told."""
 
@@ -116,8 +119,23 @@ class Ledger:
             factor += log_gained(mean[k], spread[k], matters[k], least[k])
         factor -= sum(self._price[n] for n in names)
         width = self._width[index]
-        whole = covariance * np.outer(width, width)
-        return Hypothesis(names, factor, width * mean, whole, self._apart(names))
+        mean, whole = width * mean, covariance * np.outer(width, width)
+        factor += sum(self._log_possible(n, names, mean, whole) for n in names)
+        return Hypothesis(names, factor, mean, whole, self._apart(names))
+
+    def _log_possible(self, name: str, names: tuple[str, ...], mean: Array, whole: Array) -> float:
+        """Ln of the share of the likely numbers of an effect, one of a set, with which it could be;
+        no less than of a single draw.
+        """
+        candidate = self.balances.candidates[name]
+        if not candidate.effect.overrides("possible"):
+            return 0.0
+        first = sum(len(self._where[n]) for n in names[: names.index(name)])
+        own = slice(first, first + len(self._where[name]))
+        drawn = mean[own] + _draws(own.stop - first) @ np.linalg.cholesky(whole[own, own]).T
+        numbers = dict(zip(candidate.signature, drawn.T, strict=False))
+        share = np.mean(candidate.effect.possible(numbers, candidate.scale))
+        return math.log(max(float(share), 1.0 / DRAWS))
 
     def _free(self, scaled: Array, index: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """(k,) which of a set's numbers are not held at 0, below which they cannot be."""
@@ -221,6 +239,12 @@ class Ledger:
         sizes = [len(self.balances.candidates[n].signature) for n in names]
         courses = min(sizes) > MOST_NUMBERS and len({kind_of(n) for n in names}) == 1
         return courses or any(is_unexplained(n) for n in names)
+
+
+@cache
+def _draws(numbers: int) -> Array:
+    """(DRAWS, numbers) of a standard normal distribution."""
+    return np.random.default_rng(numbers).standard_normal((DRAWS, numbers))
 
 
 def _parts(time_s: Array) -> npt.NDArray[np.intp]:
