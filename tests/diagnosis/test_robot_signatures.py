@@ -229,3 +229,17 @@ def test_what_forces_miss_is_the_same_on_the_lines_of_another_machine() -> None:
     size = float(np.abs(sound().by_force[:, :, 1]).max()) * 40.0
     np.testing.assert_allclose(there.missing, sound().missing, atol=0.02 * size)
     assert np.abs(there.foot_force - sound().foot_force).max() > 20.0
+
+
+def test_a_foot_slips_only_while_it_uses_all_the_friction_that_it_has() -> None:
+    use = np.full((sound().seen.bins, 4), 0.05)
+    use[:, 1] = np.where(np.arange(len(use)) < len(use) // 2, 0.6, 0.1)
+    seen = replace(sound().seen, friction_use=use)
+    for leg, place in enumerate(("foot_fl", "foot_fr")):
+        ways = [
+            np.linalg.norm(change.feet[:, leg], axis=1)
+            for change in by_name("ground.friction").signature(seen, place).values()
+            if change.feet is not None
+        ]
+        late = np.sum(np.abs(np.diff(ways, axis=1))[:, len(use) // 2 :])
+        assert late == 0.0 if place == "foot_fr" else late > 0.5
