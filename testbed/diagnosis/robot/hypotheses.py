@@ -29,6 +29,8 @@ PARTS = 4
 """Of so many parts of a recording each must be foretold from the others; they take turns, piece by
 piece, so that each of them has a bit of all that moved.
 """
+ALONE = 10.0
+"""Ln of the evidence that it costs to show in one part alone (E)."""
 MATTERS = 1.0 / 3.0
 """An effect of a single number is at least this share of what it may be expected to be: a smaller
 one is none that anybody would look for, and models are wrong by as much (E).
@@ -153,18 +155,23 @@ class Ledger:
     def foreseen(self, names: tuple[str, ...]) -> float:
         """By how much a set predicts each part of the recording, its numbers learnt from the other
         parts alone, better than a sound machine does: ln of the ratio of likelihoods.
+
+        With its numbers as the other parts have them; or by all that they may be, less ALONE: what
+        moves in one part alone, a leg that swings once, shows to the others hardly how large it is.
         """
         index = self._index(names)
         scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
         index = index[self._free(scaled, index)]
         whole = self._information[np.ix_(index, index)] + np.eye(len(index))
-        total = 0.0
+        gradient = self.gradient[index]
+        total, among = 0.0, -ALONE
         for k in range(PARTS):
             inside = self._part_information[k][np.ix_(index, index)]
             slope = self._part_gradient[k, index]
-            mean = np.linalg.solve(whole - inside, self.gradient[index] - slope)
+            mean = np.linalg.solve(whole - inside, gradient - slope)
             total += float(slope @ mean - 0.5 * mean @ inside @ mean)
-        return total
+            among += _evidence(whole, gradient) - _evidence(whole - inside, gradient - slope)
+        return max(total, among)
 
     def price(self, name: str) -> float:
         """What an effect's evidence is less for having been picked among alternatives."""
@@ -239,6 +246,12 @@ class Ledger:
         sizes = [len(self.balances.candidates[n].signature) for n in names]
         courses = min(sizes) > MOST_NUMBERS and len({kind_of(n) for n in names}) == 1
         return courses or any(is_unexplained(n) for n in names)
+
+
+def _evidence(whole: Array, gradient: Array) -> float:
+    """Ln of a Bayes factor by information with that of the prior (k, k), and gradient (k,)."""
+    found = float(gradient @ np.linalg.solve(whole, gradient))
+    return 0.5 * found - 0.5 * float(np.linalg.slogdet(whole)[1])
 
 
 @cache
