@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import (
@@ -28,6 +29,7 @@ from testbed.effects.terms import (
     Values,
 )
 from testbed.errors import InputError
+from testbed.formats.arrays import Array
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES
 from testbed.machine.scale import Scale
@@ -211,6 +213,12 @@ class Effect:
             return self.lowest
         above_zero = any(spec.name == number and spec.low >= 0.0 for spec in self.parameters)
         return 0.0 if above_zero else -math.inf
+
+    def possible(self, numbers: Mapping[str, Array], scale: Scale) -> npt.NDArray[np.bool_]:
+        """(n,) which of n draws of its signature's numbers, (n,) each, could be such an effect on a
+        machine of this size.
+        """
+        return np.ones(len(next(iter(numbers.values()))), dtype=bool)
 
     def to_linear(self, values: Values) -> dict[str, float]:
         """The numbers of its signature from its parameters: the other way round, as far as there is

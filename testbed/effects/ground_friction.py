@@ -5,9 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.signature import KNOT_S, RobotSeen, Signature, knots
+from testbed.effects.signature import KNOT_S, RobotSeen, Signature
 from testbed.effects.terms import Values
-from testbed.machine.names import LEGS
+from testbed.machine.names import LEGS, VERTICAL
+
+BEARS = 0.25
+"""A foot bears from this share of its usual load on (E)."""
+MOST_USED, UNSURE, UNSURE_SHARE = 0.9, 0.15, 0.3
+"""All the friction that a foot has is what it uses at this quantile of its time on the ground; use
+is known to this, or to this share of it (E).
+"""
 
 
 class GroundFriction(Effect):
@@ -26,20 +33,26 @@ class GroundFriction(Effect):
     usual = 5.0e-3
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
-        """How far the foot has slipped up the slope and to the left at times KNOT_S apart."""
+        """How far the foot slips up the slope and to the left within each KNOT_S: only while it
+        uses all the friction that it has.
+        """
         leg = self.places.index(place)
-        ways = knots(seen.time_s)
+        use, load_n = seen.friction_use[:, leg], np.abs(seen.load_n[:, VERTICAL[leg]])
+        bears = load_n > BEARS * np.median(load_n)
+        most = float(np.quantile(use[bears], MOST_USED))
+        slips = bears & (use > most - max(UNSURE, UNSURE_SHARE * most))
+        stretch = seen.time_s // KNOT_S
+        ways = [np.cumsum(slips & (stretch == k)) for k in range(int(stretch[-1]) + 1)]
         return {
-            f"{axis} {index}": seen.moves(leg, way, axis)
+            f"{axis} {index}": seen.moves(leg, way / max(way[-1], 1), axis)
             for axis in (0, 1)
-            for index, way in enumerate(ways.T)
+            for index, way in enumerate(ways)
         }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """What friction the foot used while it slipped."""
         leg = self.places.index(place)
-        slipped = np.array(list(linear.values())).reshape(2, -1)
-        speed = np.linalg.norm(np.diff(slipped, axis=1, prepend=0.0), axis=0) / KNOT_S
+        speed = np.linalg.norm(np.array(list(linear.values())).reshape(2, -1), axis=0) / KNOT_S
         stretch = np.minimum(seen.time_s // KNOT_S, len(speed) - 1).astype(int)
         use = seen.friction_use[:, leg][speed[stretch] >= 0.5 * speed.max()]
         return {"coefficient": float(np.median(use))}

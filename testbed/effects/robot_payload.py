@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Hidden, HiddenMass, Values
+from testbed.formats.arrays import Array
+from testbed.machine.scale import Scale
 
 LIGHTER_KG = -100.0
 """No machine is lighter than drawn by more than that (E)."""
+FURTHEST_M = 1.2
+"""From the body's origin, along each axis (E)."""
 
 
 class HiddenPayload(Effect):
@@ -62,9 +69,14 @@ class HiddenPayload(Effect):
         mass = values["mass"]
         return {"mass": mass, **{f"mass {axis}": mass * values[axis] for axis in "xyz"}}
 
-    def least(self, number: str) -> float:
-        """A body may be a little lighter than drawn; nothing takes a ton off it."""
-        return LIGHTER_KG if number == "mass" else -math.inf
+    def possible(self, numbers: Mapping[str, Array], scale: Scale) -> npt.NDArray[np.bool_]:
+        """A body may be a little lighter than drawn, but nothing takes a ton off it; and it lies on
+        the machine: moments of a mass that is none are those of a shifted centre.
+        """
+        mass = numbers["mass"]
+        most = FURTHEST_M * scale.length * np.abs(mass)
+        inside = [np.abs(numbers[f"mass {axis}"]) <= most for axis in "xyz"]
+        return np.asarray(np.all([mass > LIGHTER_KG * scale.times("kg"), *inside], axis=0))
 
     def spread(self, number: str) -> float:
         """A quarter of a ton, most of it near the middle."""

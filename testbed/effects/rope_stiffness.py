@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Hidden, Values
 
 
@@ -16,10 +17,24 @@ class RopeStiffness(Effect):
     places = ("rope",)
     rigs = ()
     telling_motion = "sway up and down the slope with the traction devices held"
+    lowest = -1.0
+    usual = 0.5
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of both ropes."""
         world.rope_stiffness_factor *= values["factor"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """The pull of held ropes rises otherwise with the body's way."""
+        return {"more": Change(ropes=1.0)} if seen.shows_ropes else {}
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """As declared, and more."""
+        return {"factor": max(1.0 + linear["more"], self.spec("factor").low)}
+
+    def to_linear(self, values: Values) -> dict[str, float]:
+        """What it is more than declared."""
+        return {"more": values["factor"] - 1.0}
 
 
 EFFECTS = (RopeStiffness(),)

@@ -127,6 +127,8 @@ class RobotSeen:
     supply_by_flow: Array
     drawn_m3_s: Array
     """(n,) flow that all cylinders together are believed to draw."""
+    shows_ropes: bool
+    """Whether ropes were held while the body moved, and how stiff they are declared is known."""
     line_hz: Array
     """(12,) frequency of the strongest line of each piston's force; `line_n` its amplitude, 0 where
     it may be noise.
@@ -220,6 +222,8 @@ class Change:
     """(n, 4, 3) by which the feet seem to stand elsewhere, body frame, m."""
     supply: Array | None = None
     """(n,) by which the believed supply pressure is above the measured one, Pa."""
+    ropes: float = 0.0
+    """By which held ropes seem stiffer, share of what is declared."""
 
     def times(self, factor: float) -> Change:
         """The change by so many units."""
@@ -233,6 +237,7 @@ class Change:
             balance=balance,
             feet=feet,
             supply=supply,
+            ropes=factor * self.ropes,
         )
 
 

@@ -47,6 +47,10 @@ class Surveyed(Checked):
     """how far the directions may be off, standard deviation either way [rad]; null: by the
     tolerances. Estimates and detectors heed it
     """
+    rope_stiffness_n_m: float | None = Field(default=None, gt=0.0)
+    """EA over length of each rope as it hangs [N/m]; null: nobody knows, and whether the ropes are
+    others is not looked for
+    """
     drills: bool = True
     """false: the drill never pushed. Of a recording without `ordered_thrust` nobody else knows, and
     its feet are not balanced

@@ -11,7 +11,7 @@ import numpy as np
 
 from testbed.diagnosis.robot.diagnose import LEARNT_SHARE, RobotDiagnosis
 from testbed.diagnosis.robot.findings import as_json, spoken
-from testbed.diagnosis.robot.groups import FORCES, LINE
+from testbed.diagnosis.robot.groups import FORCES, LINE, ROPES
 from testbed.effects import by_name
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
@@ -72,7 +72,12 @@ def _rows(diagnosis: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
     """(balance, unit, stage -> RMS) of the balances that a reader wants to see: forces, and those
     that changed.
     """
-    units = {FORCES: ("N, N m", 1.0), "feet": ("mm", 1e3), "supply": ("bar", 1e-5)}
+    units = {
+        FORCES: ("N, N m", 1.0),
+        "feet": ("mm", 1e3),
+        "supply": ("bar", 1e-5),
+        ROPES: ("1", 1.0),
+    }
     out = []
     for group, row in diagnosis.errors.items():
         of_oil = ("N", 1.0) if group.startswith(LINE) else ("cm³/s", 1e6)

@@ -131,6 +131,8 @@ class Robot:
     model: RobotModel
     legs: LegKinematics
     linkages: Linkages
+    rope_stiffness_n_m: float | None = None
+    """Of each rope as it hangs, EA over its length; None: nobody knows."""
 
     @classmethod
     def of(

@@ -5,7 +5,7 @@ as a table.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -293,12 +293,15 @@ class Survey:
     """Where the ropes are attached, body frame, m; None: where the URDF has them."""
     ropes_sd_rad: float | None
     """How far the directions may be off, either way; None: by the tolerances."""
+    rope_stiffness_n_m: float | None = None
+    """Of each rope as it hangs; None: nobody knows."""
 
     def robot(self, machine: Machine) -> Robot:
         """This machine as it was loaded and roped."""
         from testbed.robot.robot import Robot
 
-        return Robot.of(machine, self.payload_kg, self.rope_height_m)
+        loaded = Robot.of(machine, self.payload_kg, self.rope_height_m)
+        return replace(loaded, rope_stiffness_n_m=self.rope_stiffness_n_m)
 
 
 def survey_of(surveyed: object, file: Path) -> Survey:
@@ -312,7 +315,7 @@ def survey_of(surveyed: object, file: Path) -> Survey:
     ropes = np.array([getattr(directions, side) for side in SIDES])
     ropes /= np.linalg.norm(ropes, axis=1, keepdims=True)
     height_m, sd_rad = found.rope_attachment_height_m, found.rope_directions_sd_rad
-    return Survey(ropes, found.payload_kg, height_m, sd_rad)
+    return Survey(ropes, found.payload_kg, height_m, sd_rad, found.rope_stiffness_n_m)
 
 
 def checked_survey(surveyed: object, file: Path) -> Surveyed:

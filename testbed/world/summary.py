@@ -15,6 +15,7 @@ from testbed.machine.names import SIDES
 from testbed.world.drilling.drilling import Drilling
 
 if TYPE_CHECKING:
+    from testbed.scenario.parts import Ropes
     from testbed.world.simulation import Simulation
 
 
@@ -46,10 +47,17 @@ def surveyed(simulation: Simulation) -> dict[str, Any]:
     return {
         "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
         "rope_attachment_height_m": scenario.ropes.attachment_height_m,
+        "rope_stiffness_n_m": rope_stiffness_n_m(scenario.ropes),
         "payload_kg": scenario.carried_kg,
         "urdf": None if is_shipped_urdf(urdf) else str(urdf.resolve()),
         "tolerances": scenario.tolerances,
     }
+
+
+def rope_stiffness_n_m(ropes: Ropes) -> float | None:
+    """Of each rope as it is declared and hangs at the start, N/m; None: there are none."""
+    length_m = math.hypot(ropes.anchor_distance_m, 0.5 * ropes.anchor_spread_m)
+    return ropes.stiffness_ea_n / length_m if ropes.enabled else None
 
 
 def progress(gait: Gait, drill: Drilling, t: float, to_its_end: bool) -> dict[str, Any]:

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from testbed.diagnosis.robot.by_law import fitted, weighed_by_law
+from testbed.diagnosis.robot.by_law import _as_twins, fitted, weighed_by_law
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
-from testbed.diagnosis.robot.hypotheses import Ledger
+from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.parameters import _found, found_in
 from testbed.effects import ALL, by_name
 from testbed.effects.base import Effect, ParameterSpec
@@ -104,16 +104,32 @@ def test_a_cushion_is_found_where_it_begins(start_m: float) -> None:
         assert low < value < high
 
 
-@pytest.mark.parametrize(("beyond_m", "kind"), [(-0.015, "force.cushion"), (0.1, "force.spring")])
-def test_a_cushion_that_its_piston_never_leaves_is_a_spring(beyond_m: float, kind: str) -> None:
+def test_a_cushion_that_its_piston_leaves_is_no_spring() -> None:
     seen = balanced().seen
-    start = float(seen.extension_m[:, AXIS].max()) + beyond_m
+    start = float(seen.extension_m[:, AXIS].max()) - 0.015
     missing = made("force.cushion", seen, {"stiffness": 8.0e4, "start": start})
     ledger = Ledger(asked(seen, missing, 10.0, "force.cushion", "force.spring"))
     tried = weighed_by_law(ledger, ledger.best())
     singles = [one for one in tried if len(one.names) == 1]
-    assert singles[0].names == (f"{kind}@{PLACE}",)
+    assert singles[0].names == (f"force.cushion@{PLACE}",)
     assert singles[0].log_factor > singles[1].log_factor + 5.0
+
+
+@pytest.mark.parametrize(("cushion", "as_it_counts"), [(40.0, 80.0), (70.0, 100.0), (110.0, 110.0)])
+def test_a_cushion_that_its_piston_never_leaves_is_as_likely_as_a_spring_there(
+    cushion: float, as_it_counts: float
+) -> None:
+    nothing = np.zeros(0)
+
+    def told(name: str, factor: float, price: float = 0.0) -> Hypothesis:
+        return Hypothesis((name,), factor, nothing, nothing, price=price)
+
+    names = ("force.cushion@fl_radial", "force.spring@fl_radial", "force.spring@fr_radial")
+    others = [told(names[1], 100.0), told(names[2], 200.0), told("unnamed.force@fl_radial", 300.0)]
+    found = _as_twins([told(names[0], cushion, 40.0), *others])
+    assert found[0].log_factor == pytest.approx(as_it_counts)
+    assert found[0].price == pytest.approx(40.0 - (as_it_counts - cushion))
+    assert [one.log_factor for one in found[1:]] == [one.log_factor for one in others]
 
 
 def test_a_robots_cushion_costs_what_one_on_a_bench_does_that_moves_alike() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE
+from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE, swung
 from testbed.diagnosis.robot.friction import side_growth
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.levels import left_by, level_of
@@ -21,7 +21,7 @@ from testbed.diagnosis.robot.motion_noise import (
     swings,
     taken_by_stops,
 )
-from testbed.diagnosis.robot.places import played, rounded, swept
+from testbed.diagnosis.robot.places import lies_in_play, played, rounded, swept
 from testbed.effects.force_cushion import BEYOND_M, Cushion
 from testbed.effects.hydraulics_air import compliance_1_pa, free_share
 from testbed.machine.build import build_machine
@@ -148,3 +148,23 @@ def test_a_machine_of_an_eighth_of_the_weight_is_as_quiet() -> None:
     assert half.white_n_m == pytest.approx(OF_A_SOUND_MACHINE.white_n_m / 16.0)
     assert half.rest_share == OF_A_SOUND_MACHINE.rest_share
     assert OF_A_SOUND_MACHINE.of_size(ROBOCLIMBER) == OF_A_SOUND_MACHINE
+
+
+def test_a_joint_lies_at_the_end_of_its_play_to_which_it_was_dragged_last() -> None:
+    direction = np.concatenate([np.zeros(5), np.ones(10), np.zeros(5), -np.ones(10)])[:, None]
+    lies, unsure = lies_in_play(direction)
+    assert np.all(lies[:5] == 0.0) and np.all(lies[5:20] == 1.0) and np.all(lies[20:] == -1.0)
+    assert np.all(unsure[15:20] == 1.0) and np.all(unsure[7:13] == 0.0)
+
+
+def test_a_line_takes_turns_in_bins_of_half_its_period() -> None:
+    seen = cast(
+        Any,
+        SimpleNamespace(
+            time_s=STEP_S * np.arange(6.0), line_hz=np.array([5.0]), line_n=np.array([100.0])
+        ),
+    )
+    apart = np.abs(np.subtract.outer(seen.time_s, seen.time_s))
+    found = swung(seen, 0, np.ones(6), apart)
+    assert found[0, 0] == pytest.approx(0.5 * (100.0 * 2.0 / np.pi) ** 2)
+    assert found[0, 1] < -0.9 * found[0, 0] and found[0, 2] > 0.9 * found[0, 0]

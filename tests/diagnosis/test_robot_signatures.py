@@ -220,3 +220,26 @@ def test_a_foot_that_is_unloaded_without_being_lifted_stays_where_it_is() -> Non
         replace(body, foot_force=loads), replace(bins, carrying=carrying), ROBOCLIMBER
     )
     assert len(set(lifted.phase[lifted.legs == 1])) == 2
+
+
+def test_what_forces_miss_is_the_same_on_the_lines_of_another_machine() -> None:
+    forces_n = {AXES.index("fl_radial"): np.full(sound().seen.bins, 40.0)}
+    bins = bins_of(recorded(), robot())
+    there = balance_of(bins, other(recorded(), bins, robot()), robot(), ROPES, forces_n)
+    size = float(np.abs(sound().by_force[:, :, 1]).max()) * 40.0
+    np.testing.assert_allclose(there.missing, sound().missing, atol=0.02 * size)
+    assert np.abs(there.foot_force - sound().foot_force).max() > 20.0
+
+
+def test_a_foot_slips_only_while_it_uses_all_the_friction_that_it_has() -> None:
+    use = np.full((sound().seen.bins, 4), 0.05)
+    use[:, 1] = np.where(np.arange(len(use)) < len(use) // 2, 0.6, 0.1)
+    seen = replace(sound().seen, friction_use=use)
+    for leg, place in enumerate(("foot_fl", "foot_fr")):
+        ways = [
+            np.linalg.norm(change.feet[:, leg], axis=1)
+            for change in by_name("ground.friction").signature(seen, place).values()
+            if change.feet is not None
+        ]
+        late = np.sum(np.abs(np.diff(ways, axis=1))[:, len(use) // 2 :])
+        assert late == 0.0 if place == "foot_fr" else late > 0.5

@@ -9,8 +9,8 @@ carries nothing: its three forces must vanish.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import Bins
 from testbed.diagnosis.robot.friction import areas, friction, side_coefficient, side_growth
+from testbed.diagnosis.robot.held_ropes import HeldRopes
 from testbed.diagnosis.robot.oil import Oil
 from testbed.diagnosis.robot.supply import Supply
 from testbed.effects.signature import RobotSeen
@@ -75,12 +76,26 @@ def _rows_of_bins(
     }
 
 
-def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Array) -> BodyBalance:
-    """Hold the measured bins against the believed machine; `ropes_in_world` (2, 3) as surveyed."""
+def balance_of(
+    bins: Bins,
+    other: OtherSigns,
+    robot: Robot,
+    ropes_in_world: Array,
+    beside: Mapping[int, Array] | None = None,
+) -> BodyBalance:
+    """Hold the measured bins against the believed machine; `ropes_in_world` (2, 3) as surveyed.
+
+    `beside`: cylinder -> (n,) N by which its force is thought to be less than its pressures say.
+    Everything is then as with these forces, and what they make is still missed: the same straight
+    lines, drawn where the machine is thought to be.
+    """
     machine, n = robot.machine, bins.count
     coulomb, viscous, spread = friction(bins, machine)
     area_a, area_b = areas(machine)
-    piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b
+    less = np.zeros((n, len(AXES)))
+    for at, force_n in (beside or {}).items():
+        less[:, at] = force_n
+    piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b - less
     rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
     rope_way = np.einsum("rj,njk->nrk", ropes_in_world, rotation)
     hangs = hanging(bins, machine.scale)
@@ -147,6 +162,7 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
         supply_by_pressure=other.supply.by_pressure,
         supply_by_flow=other.supply.by_flow,
         drawn_m3_s=other.supply.drawn_m3_s,
+        shows_ropes=other.ropes.shown,
         line_hz=other.line_hz,
         line_n=other.line_n,
     )
@@ -154,13 +170,14 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
     counted[:, 6:] = np.repeat(measured.hangs, JOINTS_A_LEG, axis=1)
     counted[_lies(machine, frames, seen.foot_m), :6] = False
     missing, by_force = (np.array([getattr(one, name) for one in found]) for name in ROWS)
+    missing += np.einsum("nri,ni->nr", by_force, less)
     return BodyBalance(seen, missing, by_force, counted, foot_force, spread)
 
 
 @dataclass(frozen=True, eq=False)
 class OtherSigns:
     """What effects look at beside the equations of motion: oil, supply, lines of the piston forces
-    (12,).
+    (12,), held ropes.
     """
 
     oils: Sequence[Oil]
@@ -168,6 +185,7 @@ class OtherSigns:
     line_hz: Array
     line_n: Array
     """Amplitude of what is surely a line, else 0."""
+    ropes: HeldRopes = field(default_factory=HeldRopes.none)
 
 
 ROWS = ("missing", "by_force")

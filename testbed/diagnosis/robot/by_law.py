@@ -22,6 +22,8 @@ from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.together import Changes, of_first
+from testbed.diagnosis.robot.unexplained import listed
+from testbed.effects import place_of
 from testbed.effects.signature import Change
 from testbed.effects.terms import Coordinate
 
@@ -111,15 +113,37 @@ def weighed_by_law(ledger: Ledger, tried: Sequence[Hypothesis]) -> list[Hypothes
         found = []
         for k, one in enumerate(told):
             bent = [n for n in one.names if _bends_force(ledger.balances.candidates[n])]
+            price = 0.0
             if bent and k < FITTED:
-                change = _law_evidence(ledger, one) - ledger.hypothesis(one.names).log_factor
+                evidence, price = _law_evidence(ledger, one)
+                change = evidence - ledger.hypothesis(one.names).log_factor
             else:
                 change = sum(lost.get(name, 0.0) for name in bent)
             if size == 1 and bent:
                 lost[one.names[0]] = min(change, 0.0)
-            found.append(replace(one, log_factor=one.log_factor + change))
-        out += sorted(found, key=lambda h: -h.log_factor)
+            found.append(replace(one, log_factor=one.log_factor + change, price=price))
+        out += sorted(_as_twins(found), key=lambda h: -h.log_factor)
     return out
+
+
+def _as_twins(found: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Hypotheses of one size with as much of their price given back as makes them as likely as the
+    best that has another effect at the same place instead: what makes the same there is no better
+    and no worse.
+    """
+    out = []
+    for one in found:
+        twins = (h.log_factor for h in found if one.price > 0.0 and _are_twins(one, h))
+        back = max(twins, default=one.log_factor) - one.log_factor
+        back = min(max(back, 0.0), one.price)
+        out.append(replace(one, log_factor=one.log_factor + back, price=one.price - back))
+    return out
+
+
+def _are_twins(one: Hypothesis, other: Hypothesis) -> bool:
+    own, others = set(one.names) - set(other.names), set(other.names) - set(one.names)
+    places = [{place_of(name) for name in names} for names in (own, others)]
+    return len(own) == len(others) == 1 and places[0] == places[1] and listed(tuple(others))
 
 
 def _bends_force(candidate: Candidate) -> bool:
@@ -127,12 +151,13 @@ def _bends_force(candidate: Candidate) -> bool:
     return bool(candidate.effect.bends) and candidate.effect.seen_in == ("force",)
 
 
-def _law_evidence(ledger: Ledger, hypothesis: Hypothesis) -> float:
+def _law_evidence(ledger: Ledger, hypothesis: Hypothesis) -> tuple[float, float]:
     """Ln of the Bayes factor of a set against a sound machine by its laws, where the fit to them
-    ends (Laplace).
+    ends (Laplace); and what of it its numbers cost.
     """
     fit = _Fit(ledger.balances, _linear(ledger.balances, hypothesis))
-    return fit.evidence() - sum(ledger.price(name) for name in hypothesis.names)
+    evidence, price = fit.evidence()
+    return evidence - sum(ledger.price(name) for name in hypothesis.names), price
 
 
 class _Fit:
@@ -173,16 +198,16 @@ class _Fit:
         numbers = self._likeliest()
         return Fitted(self.parts, numbers, self._step(numbers)[1])
 
-    def evidence(self) -> float:
+    def evidence(self) -> tuple[float, float]:
         """Ln of the Bayes factor against a sound machine, taken for normal about the likeliest
-        numbers.
+        numbers; and what these numbers cost in it.
         """
         numbers = self._likeliest()
         sd, free = self.sd[self.free], np.ix_(self.free, self.free)
         size = np.linalg.slogdet(self._step(numbers)[1][free] / np.outer(sd, sd))[1]
         nothing = sum(float(m @ m) for m in (_divided(g.missing, r) for g, r in self.groups))
         price = sum(self._price(part, numbers) for part in self.parts if part.coordinates)
-        return 0.5 * nothing - self._cost(numbers) + 0.5 * float(size) - price
+        return 0.5 * nothing - self._cost(numbers) + 0.5 * float(size) - price, price
 
     def _price(self, part: Part, numbers: Array) -> float:
         """What its numbers cost an effect: of two recordings one is enough to show that it is no

@@ -166,15 +166,16 @@ def _ambiguous(chosen: Hypothesis, tried: Sequence[Hypothesis]) -> dict[str, tup
     belief.
     """
     limit = AMBIGUOUS / float(calibration()["share"])
+    least = next(h.log_factor for h in tried if h.names == chosen.names) - limit
     out = {}
     for name in chosen.names:
         rest = set(chosen.names) - {name}
         rivals = [
-            (h.log_factor, next(iter(set(h.names) - rest)))
+            (h.log_factor + h.price, next(iter(set(h.names) - rest)))
             for h in tried
             if len(h.names) == len(chosen.names) and rest < set(h.names) and name not in h.names
         ]
-        near = sorted((f, n) for f, n in rivals if f > chosen.log_factor - limit)
+        near = sorted((f, n) for f, n in rivals if f > least)
         out[name] = tuple(n for _, n in reversed(near))
     return out
 

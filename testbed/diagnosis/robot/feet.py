@@ -3,7 +3,8 @@ it is.
 
 In the frame of the slope, turned by the measured attitude, every standing foot is at its own place
 plus the body's way, which is the same for all four. What is left says that a foot slipped or sank,
-or that an encoder's zero is elsewhere.
+or that an encoder's zero is elsewhere. A joint with play lies at one end of it or the other, unseen
+by its encoder: its foot seems to go to and fro as the leg is turned and pushed.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.bins import Bins
 from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.places import lies_in_play, wanders
 from testbed.diagnosis.robot.tolerances import standard_deviation
 from testbed.effects.signature import Change
 from testbed.machine.names import AXES, LEGS
@@ -144,7 +146,25 @@ def _noise(s: Standing, balance: BodyBalance, scale: Scale) -> Array:
     out += np.where(same_foot & same_axis, np.where(level, 1.0, ROLLS**2) * walk, 0.0)
     for turned in _turned(s, balance):
         out += np.where(apart == 0.0, TILT_RAD**2, 0.0) * np.outer(turned, turned)
+    for _, unsure in _played(s, balance, scale):
+        out += wanders(time) * np.outer(unsure, unsure)
     return np.asarray(out)
+
+
+def _played(s: Standing, balance: BodyBalance, scale: Scale) -> list[tuple[Array, Array]]:
+    """What rows do by the play of each rotation joint, a standard deviation of it: where the leg's
+    last motion left the joint, and where it may have gone since.
+    """
+    seen = balance.seen
+    sd = standard_deviation("joint.play@*.half_width", scale=scale)
+    lies, unsure = lies_in_play(seen.direction[:, ::3])
+    out = []
+    for leg in range(len(LEGS)):
+        feet = np.zeros_like(seen.foot_m)
+        feet[:, leg] = sd * seen.foot_by_joint[:, leg, :, 0]
+        rows = in_slope(balance, feet)[s.bins, s.legs, s.axes]
+        out.append((lies[s.bins, leg] * rows, unsure[s.bins, leg] * rows))
+    return out
 
 
 def _slips(use: Array) -> Array:
@@ -176,6 +196,7 @@ def _tolerated(s: Standing, balance: BodyBalance, scale: Scale) -> Array:
         feet = np.zeros_like(seen.foot_m)
         feet[:, leg] = seen.foot_by_joint[:, leg, :, joint]
         columns.append(sd * in_slope(balance, feet)[s.bins, s.legs, s.axes])
+    columns += [lies for lies, _ in _played(s, balance, scale)]
     unit = standard_deviation("robot.attitude@body.roll")
     columns += [unit * turned for turned in _turned(s, balance)]
     return np.column_stack(columns)

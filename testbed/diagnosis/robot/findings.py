@@ -8,13 +8,18 @@ from typing import Any
 
 from testbed.diagnosis.leg.findings import FORMAT, LEAST_PROBABILITY
 from testbed.diagnosis.robot.diagnose import RobotDiagnosis
-from testbed.diagnosis.robot.groups import FORCES, LINE
+from testbed.diagnosis.robot.groups import FORCES, LINE, ROPES
 from testbed.diagnosis.robot.parameters import Found
 from testbed.effects import by_name, kind_of, place_of
 from testbed.formats.files import make_folder, write_json
 from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_robot_model
 
-QUANTITIES = {FORCES: "force_n", "feet": "foot_place_m", "supply": "supply_pa"}
+QUANTITIES = {
+    FORCES: "force_n",
+    "feet": "foot_place_m",
+    "supply": "supply_pa",
+    ROPES: "rope_stiffness_share",
+}
 """Group -> how its error is called; the oil's are `flow_m3_s`, the lines' `force_n`."""
 NOT_BELIEVED = "what was found foretells the forces kept back worse than refitted tolerances do"
 

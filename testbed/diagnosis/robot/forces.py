@@ -61,6 +61,8 @@ HELD_ALIKE, HELD_EACH = 2.0, 0.5
 (B).
 """
 HAMMER_SHARE = 0.04
+PHASE_HOLDS_S = 3.5
+"""For so long a line's phase may count as one (E)."""
 
 
 @dataclass(frozen=True)
@@ -354,10 +356,22 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
         since = age[bins, axis]
         out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(lasting, lasting)
         out += (apart == 0.0) * np.outer(fresh, fresh)
+        if seen.line_n[axis] > 0.0:
+            out += swung(seen, axis, by, apart)
     if known.alike_share > 0.0:
         held = by_axis * (known.alike_share * (1.0 - share) * dry)[bins]
         out += _held_alike(seen, bins, held, known.alike_s)
     return np.asarray(out)
+
+
+def swung(seen: RobotSeen, axis: int, by: Array, apart: Array) -> Array:
+    """Covariance (rows, rows) of what a line of a piston's force leaves in bins that are not long
+    beside its period; `by` (rows,) by that force, `apart` (rows, rows) s.
+    """
+    frequency = seen.line_hz[axis]
+    left = by * seen.line_n[axis] * np.sinc(frequency * (seen.time_s[1] - seen.time_s[0]))
+    turned = np.cos(2.0 * np.pi * frequency * apart) * np.exp(-apart / PHASE_HOLDS_S)
+    return np.asarray(0.5 * turned * np.outer(left, left))
 
 
 def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -> Array:

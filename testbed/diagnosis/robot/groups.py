@@ -1,7 +1,8 @@
 """All balances of a recording, divided by their noise: what every hypothesis is held against.
 
 Groups: `forces` (the body's six balances and the swinging feet's), `oil <axis>` (two chambers),
-`feet` (places of standing feet) and `supply`. Groups are taken as independent of each other.
+`feet` (places of standing feet), `supply` and, where they show, `ropes`. Groups are taken as
+independent of each other.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.evidence import RawGroup, Whitened
 from testbed.diagnosis.robot.hauling import hauling_of
+from testbed.diagnosis.robot.held_ropes import held_ropes
 from testbed.diagnosis.robot.lines import lines_of
 from testbed.diagnosis.robot.supply import supply_of
 from testbed.diagnosis.robot.unexplained import ALL_UNEXPLAINED
@@ -28,7 +30,7 @@ from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
-FORCES, LINE = "forces", "line"
+FORCES, LINE, ROPES = "forces", "line", "ropes"
 MOST_NUMBERS = 4
 """An effect with more numbers has a course in time."""
 
@@ -89,27 +91,31 @@ def balances_of(
     ropes_in_world: Array,
     granted: Mapping[str, Mapping[str, float]],
     sound: Mapping[str, RawGroup] | None = None,
+    beside: Mapping[int, Array] | None = None,
 ) -> Balances:
     """Measure a recording's columns against the believed robot; `ropes_in_world` (2, 3) as
     surveyed. `granted`: effect at its place -> parameters that are believed already, beside the
     robot's numbers. `sound`: `raw_groups` of an earlier recording of the same machine, when
-    nothing was wrong with it.
+    nothing was wrong with it. `beside`: see balance.balance_of.
     """
-    bins, body, raw = raw_groups(data, robot, ropes_in_world)
+    bins, body, raw = raw_groups(data, robot, ropes_in_world, beside)
     found = {c.name: c for c in _candidates(body, robot.machine.scale)}
     raw = {key: _without(group, granted, found) for key, group in raw.items()}
     if sound is not None:
-        raw = {key: group.knowing(sound[key]) for key, group in raw.items()}
+        raw = {k: g.knowing(sound[k]) if k in sound else g for k, g in raw.items()}
     signatures = {name: candidate.signature for name, candidate in found.items()}
     groups = {key: group.whitened(signatures) for key, group in raw.items()}
     return Balances(bins, body, raw, groups, found)
 
 
 def raw_groups(
-    data: Mapping[str, Array], robot: Robot, ropes_in_world: Array
+    data: Mapping[str, Array],
+    robot: Robot,
+    ropes_in_world: Array,
+    beside: Mapping[int, Array] | None = None,
 ) -> tuple[Bins, BodyBalance, dict[str, RawGroup]]:
     """The groups of a recording in their own units, with the bins and the body's balance that they
-    are made of.
+    are made of; `beside`: see balance.balance_of.
     """
     machine = robot.machine
     frame, bins = Frame.of(np.asarray(data["t"], dtype=float)), bins_of(data, robot)
@@ -121,13 +127,16 @@ def raw_groups(
         supply,
         np.array([line.frequency_hz for line in lines]),
         np.array([line.amplitude_n for line in lines]),
+        held_ropes(bins, robot, ropes_in_world),
     )
-    body = balance_of(bins, other, robot, ropes_in_world)
+    body = balance_of(bins, other, robot, ropes_in_world, beside)
     raw = {
         FORCES: forces.group_of(body, machine),
         "feet": feet.group_of(body, bins, machine.scale),
         "supply": supply.group(bins.time_s),
     }
+    if other.ropes.shown:
+        raw[ROPES] = other.ropes.group()
     for i in range(len(AXES)):
         raw[f"oil {AXES[i]}"] = oil.group_of(oils[i], i, machine, bins.time_s)
         raw[f"{LINE} {AXES[i]}"] = lines[i].group(i, machine.scale)

@@ -49,15 +49,7 @@ def hauling_of(bins: Bins, robot: Robot, ropes_in_world: Array) -> Hauling:
     machine = robot.machine
     step_s = float(np.median(np.diff(bins.time_s)))
     stretch = ROPE_M / machine.rope.stiffness_ea_n * np.gradient(bins.tension_n, step_s, axis=0)
-    speed = np.empty_like(bins.tension_n)
-    for k in range(bins.count):
-        _, jacobians = robot.model.feet(bins.joint[k])
-        feet_m_s = -jacobians @ bins.joint_rate[k]
-        stands = bins.carrying[k] > STANDS
-        body_m_s = feet_m_s[stands].mean(axis=0) if stands.any() else np.zeros(3)
-        ways = ropes_in_world @ rotation_from_attitude(bins.attitude_rad[k])
-        speed[k] = ways @ body_m_s + stretch[k]
-    speed /= machine.scale.speed
+    speed = (along_ropes(bins, robot, ropes_in_world) + stretch) / machine.scale.speed
     area, loads = machine.traction.piston_area_m2, bins.tension_n / machine.traction.piston_area_m2
     unsure = np.clip(1.0 - np.abs(speed) / SURELY_M_S, 0.0, 1.0)
     return Hauling(
@@ -66,3 +58,17 @@ def hauling_of(bins: Bins, robot: Robot, ropes_in_world: Array) -> Hauling:
         unsure.max(axis=1),
         loads.max(axis=1),
     )
+
+
+def along_ropes(bins: Bins, robot: Robot, ropes_in_world: Array) -> Array:
+    """(n, 2) m/s at which the body goes towards the ropes' anchors, by the feet that stand;
+    `ropes_in_world` (2, 3) as surveyed.
+    """
+    speed = np.empty_like(bins.tension_n)
+    for k in range(bins.count):
+        _, jacobians = robot.model.feet(bins.joint[k])
+        feet_m_s = -jacobians @ bins.joint_rate[k]
+        stands = bins.carrying[k] > STANDS
+        body_m_s = feet_m_s[stands].mean(axis=0) if stands.any() else np.zeros(3)
+        speed[k] = ropes_in_world @ rotation_from_attitude(bins.attitude_rad[k]) @ body_m_s
+    return speed

@@ -11,6 +11,7 @@ import copy
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +29,8 @@ PARTS = 4
 """Of so many parts of a recording each must be foretold from the others; they take turns, piece by
 piece, so that each of them has a bit of all that moved.
 """
+ALONE = 10.0
+"""Ln of the evidence that it costs to show in one part alone (E)."""
 MATTERS = 1.0 / 3.0
 """An effect of a single number is at least this share of what it may be expected to be: a smaller
 one is none that anybody would look for, and models are wrong by as much (E).
@@ -36,6 +39,8 @@ SURELY_BELOW = 1.0
 """A number that cannot be negative and seems to be, by so many standard deviations, is held at 0
 where its effect has others.
 """
+DRAWS = 1000
+"""Of an effect's likely numbers so many are tried, the same in every run."""
 KEPT = 60
 """Of all hypotheses so many of the best are told."""
 
@@ -53,6 +58,10 @@ class Hypothesis:
     covariance: Array
     apart: bool = False
     """Two effects of which no balance shows both."""
+    price: float = 0.0
+    """What its evidence is less for numbers with which it would be another effect: these balances
+    do not tell it from that one.
+    """
 
 
 class Ledger:
@@ -112,8 +121,23 @@ class Ledger:
             factor += log_gained(mean[k], spread[k], matters[k], least[k])
         factor -= sum(self._price[n] for n in names)
         width = self._width[index]
-        whole = covariance * np.outer(width, width)
-        return Hypothesis(names, factor, width * mean, whole, self._apart(names))
+        mean, whole = width * mean, covariance * np.outer(width, width)
+        factor += sum(self._log_possible(n, names, mean, whole) for n in names)
+        return Hypothesis(names, factor, mean, whole, self._apart(names))
+
+    def _log_possible(self, name: str, names: tuple[str, ...], mean: Array, whole: Array) -> float:
+        """Ln of the share of the likely numbers of an effect, one of a set, with which it could be;
+        no less than of a single draw.
+        """
+        candidate = self.balances.candidates[name]
+        if not candidate.effect.overrides("possible"):
+            return 0.0
+        first = sum(len(self._where[n]) for n in names[: names.index(name)])
+        own = slice(first, first + len(self._where[name]))
+        drawn = mean[own] + _draws(own.stop - first) @ np.linalg.cholesky(whole[own, own]).T
+        numbers = dict(zip(candidate.signature, drawn.T, strict=False))
+        share = np.mean(candidate.effect.possible(numbers, candidate.scale))
+        return math.log(max(float(share), 1.0 / DRAWS))
 
     def _free(self, scaled: Array, index: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """(k,) which of a set's numbers are not held at 0, below which they cannot be."""
@@ -131,18 +155,23 @@ class Ledger:
     def foreseen(self, names: tuple[str, ...]) -> float:
         """By how much a set predicts each part of the recording, its numbers learnt from the other
         parts alone, better than a sound machine does: ln of the ratio of likelihoods.
+
+        With its numbers as the other parts have them; or by all that they may be, less ALONE: what
+        moves in one part alone, a leg that swings once, shows to the others hardly how large it is.
         """
         index = self._index(names)
         scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
         index = index[self._free(scaled, index)]
         whole = self._information[np.ix_(index, index)] + np.eye(len(index))
-        total = 0.0
+        gradient = self.gradient[index]
+        total, among = 0.0, -ALONE
         for k in range(PARTS):
             inside = self._part_information[k][np.ix_(index, index)]
             slope = self._part_gradient[k, index]
-            mean = np.linalg.solve(whole - inside, self.gradient[index] - slope)
+            mean = np.linalg.solve(whole - inside, gradient - slope)
             total += float(slope @ mean - 0.5 * mean @ inside @ mean)
-        return total
+            among += _evidence(whole, gradient) - _evidence(whole - inside, gradient - slope)
+        return max(total, among)
 
     def price(self, name: str) -> float:
         """What an effect's evidence is less for having been picked among alternatives."""
@@ -217,6 +246,18 @@ class Ledger:
         sizes = [len(self.balances.candidates[n].signature) for n in names]
         courses = min(sizes) > MOST_NUMBERS and len({kind_of(n) for n in names}) == 1
         return courses or any(is_unexplained(n) for n in names)
+
+
+def _evidence(whole: Array, gradient: Array) -> float:
+    """Ln of a Bayes factor by information with that of the prior (k, k), and gradient (k,)."""
+    found = float(gradient @ np.linalg.solve(whole, gradient))
+    return 0.5 * found - 0.5 * float(np.linalg.slogdet(whole)[1])
+
+
+@cache
+def _draws(numbers: int) -> Array:
+    """(DRAWS, numbers) of a standard normal distribution."""
+    return np.random.default_rng(numbers).standard_normal((DRAWS, numbers))
 
 
 def _parts(time_s: Array) -> npt.NDArray[np.intp]:

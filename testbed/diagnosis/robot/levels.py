@@ -18,6 +18,7 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import FORCES, LINE, Balances, balances_of
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
+from testbed.diagnosis.robot.unexplained import is_unexplained
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
@@ -28,6 +29,10 @@ flow is known worst where it switches.
 ROUGH_ROWS, WHOLE_ROWS = 40.0, 10.0
 """A rough machine's noise is believed as if it had been seen in so many rows, and the whole
 recording's as if in so many of a window (E).
+"""
+STRONG, TIMES = 40.0, 2
+"""Ln of the evidence from which an effect's forces are believed while the rest is looked at, and
+how often at most they are found anew (E).
 """
 LEAST, MOST = 0.3, 10.0
 """Variance by that of a rough machine."""
@@ -40,8 +45,45 @@ def balances_at_level(
     granted: Mapping[str, Mapping[str, float]],
     sound: Mapping[str, RawGroup] | None = None,
 ) -> Balances:
-    """`groups.balances_of`, divided by the noise that the recording itself shows."""
-    return levelled(balances_of(data, robot, ropes_in_world, granted, sound))
+    """`groups.balances_of`, divided by the noise that the recording itself shows.
+
+    What bends the forces much is looked at where it leaves them: friction by side load, which is
+    made of foot forces, would else seem wrong at its neighbours.
+    """
+    found = balances_of(data, robot, ropes_in_world, granted, sound)
+    for _ in range(TIMES):
+        best = strongest(found)
+        forces = forces_of(found, best)
+        if best.log_factor < STRONG or not forces:
+            break
+        again = balances_of(data, robot, ropes_in_world, granted, sound, forces)
+        if left_of_forces(again, strongest(again)) >= left_of_forces(found, best):
+            break
+        found = again
+    return levelled(found)
+
+
+def strongest(balances: Balances) -> Hypothesis:
+    """The single named effect that explains most."""
+    ledger = Ledger(balances)
+    singles = (ledger.hypothesis((n,)) for n in ledger.names if not is_unexplained(n))
+    return max(singles, key=lambda h: h.log_factor)
+
+
+def forces_of(balances: Balances, one: Hypothesis) -> dict[int, Array]:
+    """Cylinder -> (n,) N by which its believed force is too large by a hypothesis of one effect."""
+    changes = balances.candidates[one.names[0]].signature.values()
+    out: dict[int, Array] = {}
+    for change, number in zip(changes, one.mean.tolist(), strict=True):
+        for axis, force in change.force.items():
+            out[axis] = out.get(axis, 0.0) + number * force
+    return out
+
+
+def left_of_forces(balances: Balances, one: Hypothesis) -> float:
+    """Sum of squares of what a hypothesis leaves of the forces, divided by their noise."""
+    left = left_by(balances, one)[FORCES]
+    return float(left @ left)
 
 
 def levelled(balances: Balances) -> Balances:

@@ -53,6 +53,8 @@ SPOOL_OFF = 0.002
 """The spool's place is known to this share of its travel: play, amplifier (E)."""
 PRESSURE_OFF_PA = 1.5e5
 """A pressure drop across an edge is known to this: sensors, lines, a swing within a bin (E)."""
+TURNED_PA = 5.0e5
+"""So much may a pressure be off that reads more than the supply behind an open edge (E)."""
 HOSE_M3_PA = 3.0e-13
 """What hoses of any machine may take up, by each time in which they fill (E)."""
 SOUND_LEAK_M3_S_PA = 1.0e-13
@@ -96,9 +98,7 @@ class Oil:
     `by_...` likewise by one unit of what the model lacks.
     """
     by_pressure: Array
-    """What it may miss by pressures that are off by PRESSURE_OFF_PA: much through a wide opening
-    with little drop.
-    """
+    """What it may miss by pressures that are off by PRESSURE_OFF_PA; by TURNED_PA above supply."""
     by_reading: Array
     """By a sensor that reads 1 Pa too much."""
     void: Array
@@ -172,6 +172,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     late = through(0.0, 0.0, at=lagging)
     over = through(0.0, 0.0, READING_STEP_PA)
     low, high = (through(0.0, 0.0, way * PRESSURE_OFF_PA) for way in (-1.0, 1.0))
+    turned = through(0.0, 0.0, -TURNED_PA)[0]
     oil, (area_a, area_b) = axis.oil, axis.cylinder.areas_m2
     volume = _volumes_m3(axis, bins.extension_m[:, i], robot.linkages.stroke_m[i])
     p = np.column_stack([bins.pressure_a_pa[:, i], bins.pressure_b_pa[:, i]])
@@ -199,7 +200,8 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         to_tank=drained,
         asks=_asks(axis, place, samples, of_samples(place, 0.0, 0.0)),
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
-        by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
+        by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1])
+        + np.where(p > bins.supply_pa[:, None], turned, 0.0),
         by_reading=by_reading,
         by_lateness=takes_up * quickens - by_reading * rise,
         compressed=np.abs(compressed),

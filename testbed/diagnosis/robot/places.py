@@ -19,6 +19,8 @@ round (E).
 """
 HUNTING = 1.5
 """Joints that hunt within their play are those that have much of it, and go from end to end (E)."""
+DRAGS = 0.5
+"""A joint that slides as surely as that drags its encoder along (E)."""
 STILL_SHARE = 0.15
 """Share of an encoder's rounding that is left between two edges at which it reads the same (E)."""
 
@@ -53,6 +55,20 @@ def play(bins: Bins, i: int, axis: Axis) -> Array:
     return np.asarray(sd * np.abs(_at_edges(bins.arm_m[:, i])) * np.array([rests, turns]))
 
 
+def lies_in_play(direction: Array) -> tuple[Array, Array]:
+    """At which end of its play each of k joints lies that slides like that, (n, k) -1 to 1, and how
+    unsure that is, (n, k) 0 to 1.
+
+    An encoder that is dragged along lies behind its joint; at rest and while it turns round the
+    joint goes from one end to the other unseen.
+    """
+    surely = slides_surely(direction)
+    way = np.where(surely > DRAGS, np.sign(direction), 0.0)
+    index = np.arange(len(direction))[:, None]
+    last = np.maximum.accumulate(np.where(way != 0.0, index, 0))
+    return np.take_along_axis(way, last, axis=0), 1.0 - surely
+
+
 def _at_edges(values: Array) -> Array:
     """Values (n,) of bins as means (n + 1,) over the two bins beside each edge."""
     padded = np.concatenate([values[:1], values, values[-1:]])
@@ -81,6 +97,11 @@ def played(play_m: Array, time_s: Array) -> Array:
     creeps = (1.0 + apart) * goes  # with a speed that lasts
     resting, turning = (np.outer(off, off) for off in play_m)
     return np.asarray((creeps * resting + goes * turning) / step**2)
+
+
+def wanders(time_s: Array) -> Array:
+    """Correlation (n, n) of where a joint is within its play at these times while it rests."""
+    return np.asarray(np.exp(-np.abs(np.subtract.outer(time_s, time_s)) / PLAY_S))
 
 
 def _step(time_s: Array) -> float:

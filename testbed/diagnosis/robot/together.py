@@ -35,10 +35,10 @@ class Changes(Change):
 
 
 def together(first: Balances, second: Balances) -> Balances:
-    """The balances of both; bins and body are those of the first."""
+    """The balances that both have; bins and body are those of the first."""
     shared = [name for name in first.candidates if name in second.candidates]
     candidates = {n: _candidate(first.candidates[n], second.candidates[n]) for n in shared}
-    raw = {key: _group(group, second.raw[key]) for key, group in first.raw.items()}
+    raw = {k: _group(g, second.raw[k]) for k, g in first.raw.items() if k in second.raw}
     signatures = {name: candidate.signature for name, candidate in candidates.items()}
     groups = {key: group.whitened(signatures) for key, group in raw.items()}
     return Balances(first.bins, first.body, raw, groups, candidates, second.body)

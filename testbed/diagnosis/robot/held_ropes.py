@@ -1,0 +1,110 @@
+"""How stiff the ropes seem: while a traction device changes its grip its clamp holds the rope, and
+the pull then rises with the way that the body goes down it, as of a spring.
+
+No sensor reads the rope paid out, so only those stretches are looked at in which the pull rises
+along a straight line over the body's way: a device that pays out as it is asked to keeps the pull.
+A device that is too slow looks like a soft rope for a while; of several stretches the steep ones
+count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.robot.bins import Bins
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.hauling import along_ropes
+from testbed.machine.scale import Scale
+from testbed.robot.robot import Robot
+
+Array = npt.NDArray[np.float64]
+LEAST_BINS = 6
+LEAST_M, LEAST_N = 8.0e-3, 1000.0
+"""A shorter way, or a smaller rise of the pull, is the lag of position loops (E)."""
+STRAIGHT_SHARE, STRAIGHT_N = 0.04, 40.0
+"""RMS by which a stretch may leave its straight line: a share of the rise, and noise (E)."""
+FEWEST, STEEP = 2, 0.5
+"""So many stretches must show it; those that rise by less than this share of the steepest were not
+held.
+"""
+SEEMS = 0.87
+"""Stiffness that ropes of sound machines seem to have by what is declared: feet, ground and play
+give, too (B).
+"""
+EACH, ALL = 0.12, 0.07
+"""Standard deviation of it from stretch to stretch, and of all together (B)."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeldRopes:
+    """Stretches of a recording in which a rope was held, k of them."""
+
+    time_s: Array
+    """(k,) when each begins."""
+    stiffness: Array
+    """(k,) by what is declared."""
+
+    @classmethod
+    def none(cls) -> HeldRopes:
+        """No rope was held, or nobody knows how stiff they should be."""
+        return cls(np.zeros(0), np.zeros(0))
+
+    @property
+    def shown(self) -> bool:
+        """Whether they say anything of the ropes."""
+        return len(self.stiffness) >= FEWEST
+
+    def group(self) -> RawGroup:
+        """The group `ropes`: how much stiffer each stretch seems than ropes as declared."""
+        rows = len(self.stiffness)
+        return RawGroup(
+            missing=self.stiffness / SEEMS - 1.0,
+            time_s=self.time_s,
+            noise=EACH**2 * np.eye(rows),
+            tolerated=np.full((rows, 1), ALL),
+            rows_of=lambda change: np.full(rows, change.ropes),
+        )
+
+
+def held_ropes(bins: Bins, robot: Robot, ropes_in_world: Array) -> HeldRopes:
+    """What a recording shows of the ropes; `ropes_in_world` (2, 3) as surveyed."""
+    declared = robot.rope_stiffness_n_m
+    if declared is None:
+        return HeldRopes.none()
+    step_s = float(np.median(np.diff(bins.time_s)))
+    down_m = -np.cumsum(along_ropes(bins, robot, ropes_in_world), axis=0) * step_s
+    found = [
+        (bins.time_s[first], slope / declared)
+        for way, pull in zip(down_m.T, bins.tension_n.T, strict=True)
+        for first, slope in _stretches(way, pull, robot.machine.scale)
+    ]
+    if not found:
+        return HeldRopes.none()
+    time, stiffness = np.array(found).T
+    steep = stiffness > STEEP * stiffness.max()
+    return HeldRopes(time[steep], stiffness[steep])
+
+
+def _stretches(way_m: Array, pull_n: Array, scale: Scale) -> list[tuple[int, float]]:
+    """(first bin, slope N/m) of the longest stretches of n bins in which a pull (n,) rises along a
+    straight line over the body's way down the rope (n,).
+    """
+    least_m, least_n = scale.length * LEAST_M, scale.times("N") * LEAST_N
+    out, first = [], 0
+    while first + LEAST_BINS <= len(way_m):
+        last, slope = first + LEAST_BINS, 0.0
+        for end in range(first + LEAST_BINS, len(way_m) + 1):
+            way, pull = way_m[first:end], pull_n[first:end]
+            rise = float(np.polyfit(way, pull, 1)[0]) if np.ptp(way) > 0.0 else 0.0
+            off = float(np.std(pull - rise * way))
+            if rise <= 0.0 or off > STRAIGHT_SHARE * np.ptp(pull) + STRAIGHT_N * scale.times("N"):
+                break
+            if np.ptp(way) > least_m and pull[-1] - pull[0] > least_n:
+                last, slope = end, rise
+        if slope > 0.0:
+            out.append((first, slope))
+        first = last - 1 if slope > 0.0 else first + 1
+    return out

@@ -1,0 +1,58 @@
+"""Ropes that are held while the body moves show how stiff they are; ropes that are paid out do
+not.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from testbed.diagnosis.robot.held_ropes import FEWEST, SEEMS, HeldRopes, _stretches
+from testbed.effects import by_name
+from testbed.effects.signature import Change
+from testbed.machine.scale import ROBOCLIMBER
+
+STIFFNESS_N_M = 3.0e5
+
+
+def pulled(held: slice, share: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Way of a body that goes down its ropes (n,) and the pull of one that is held for a while."""
+    way = 0.002 * np.arange(60.0)
+    pull = np.full(60, 9000.0)
+    pull[held] += share * STIFFNESS_N_M * (way[held] - way[held][0])
+    pull[held.stop :] = pull[held.stop - 1]
+    return way, pull
+
+
+@pytest.mark.parametrize("share", [0.3, 1.0, 2.0])
+def test_a_held_rope_is_a_spring(share: float) -> None:
+    way, pull = pulled(slice(20, 40), share)
+    (found,) = _stretches(way, pull, ROBOCLIMBER)
+    assert found[0] in range(15, 22)
+    assert found[1] == pytest.approx(share * STIFFNESS_N_M, rel=0.12)
+
+
+def test_a_rope_that_is_paid_out_keeps_its_pull_and_says_nothing() -> None:
+    way, pull = pulled(slice(20, 21))
+    noise = np.random.default_rng(3).normal(0.0, 40.0, len(pull))
+    assert _stretches(way, pull + noise, ROBOCLIMBER) == []
+
+
+def test_a_pull_that_falls_says_nothing_for_a_device_may_haul() -> None:
+    way, pull = pulled(slice(20, 40))
+    assert _stretches(-way[::-1], pull[::-1], ROBOCLIMBER) == []
+
+
+def test_ropes_as_declared_miss_nothing_and_half_as_stiff_ones_half() -> None:
+    stiffness = np.full(FEWEST, SEEMS)
+    for factor in (1.0, 0.5):
+        held = HeldRopes(np.arange(float(FEWEST)), factor * stiffness)
+        group = held.group()
+        linear = by_name("rope.stiffness").to_linear({"factor": factor})
+        made = group.rows_of(Change(ropes=linear["more"]))
+        assert held.shown and group.missing == pytest.approx(made)
+
+
+def test_a_single_stretch_may_be_a_device_that_is_too_slow() -> None:
+    assert not HeldRopes(np.zeros(1), np.full(1, 0.4)).shown
+    assert not HeldRopes.none().shown
