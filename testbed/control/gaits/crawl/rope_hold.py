@@ -39,6 +39,10 @@ pull unequally tip the body towards the foot in the air.
 """
 
 
+NOTHING = np.zeros(2)
+NOTHING.flags.writeable = False
+
+
 class TensionGains(NamedTuple):
     """How tensions are kept while the body moves."""
 
@@ -101,12 +105,15 @@ class RopeHold:
         """(2,) tensions that keep the pull along the slope."""
         return np.array(self._wanted(body))
 
-    def rates_m_s(self, body: Array, before: Array, dt: float, measured_n: Array) -> Array:
+    def rates_m_s(
+        self, body: Array, before: Array, dt: float, measured_n: Array, owed_n: Array = NOTHING
+    ) -> Array:
         """(2) rates of the unstrained lengths (negative hauls in); body (3), before (3) dt s
-        ago.
+        ago; owed_n (2): tension that comes by itself, of rope that the devices have still to haul.
         """
         out = np.zeros(2)
         if self._any:
+            measured_n = measured_n + owed_n
             ways, pull, by = self.ways_m, self.pull_n, self._keeping
             rope_rates(ways, pull, body, before, dt, measured_n, by, out)
         return out

@@ -73,6 +73,10 @@ class GaitStyle:
     """See Swing."""
     creep_ease: float = CREEP_EASE
     """The body takes so many times its least time for its way while legs swing."""
+    strokes: bool = False
+    """Whether the body rests while a traction device goes back, and what a device owes is not asked
+    of it again.
+    """
 
 
 UNHURRIED = GaitStyle(0.0)
@@ -91,6 +95,7 @@ STYLES = {
         clear=0.15,
         swing_ramp=0.14,
         creep_ease=1.1,
+        strokes=True,
     ),
 }
 
