@@ -244,6 +244,12 @@ class CrawlGait:
         phase, self._clock = self._queue.pop(0), 0.0
         if phase.doing is Activity.SEAT:
             self._seated_s = 0.0
+        last = all(other.swing is None for other in self._queue[1:])
+        if phase.doing is Activity.UNLOAD and last and self._plan.manner.strokes:
+            # Better now than in the next shift, for which the legs would have to wait.
+            shift = self._plan.shifts_m(self._way.end - self._body)
+            if not self._strokes.last(shift):
+                self._strokes.renew()
         if phase.way is not None:
             self._way, self._way_clock, self._since_way_s = phase.way, 0.0, 0.0
             if self._plan.manner.strokes:  # the last way may not quite be over
@@ -275,7 +281,8 @@ class CrawlGait:
         share = measured.supply_pressure / self._ready_pa
         supply = (share - SUPPLY_LOW_SHARE) / (SUPPLY_FULL_SHARE - SUPPLY_LOW_SHARE)
         in_the_air = self._phase is not None and self._phase.doing in IN_THE_AIR
-        ropes = self._ropes.readiness(self._body, measured.rope_tension, in_the_air)
+        part = self._plan.manner.three_feet if in_the_air else 1.0
+        ropes = self._ropes.readiness(self._body, measured.rope_tension, part)
         ready = min(ropes, max(supply, 0.0))
         if not self._plan.manner.strokes:
             return ready

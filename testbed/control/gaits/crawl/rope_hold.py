@@ -118,11 +118,12 @@ class RopeHold:
             rope_rates(ways, pull, body, before, dt, measured_n, by, out)
         return out
 
-    def readiness(self, body: Array, measured_n: Array, three_feet: bool = False) -> float:
-        """0 to 1: how fast the body may move for the ropes' sake."""
+    def readiness(self, body: Array, measured_n: Array, part: float = 1.0) -> float:
+        """0 to 1: how fast the body may move for the ropes' sake, whose tensions may differ from
+        what is wanted by a `part` of the usual.
+        """
         if not self._any:
             return 1.0
-        part = THREE_FEET if three_feet else 1.0
         share: float = rope_readiness(self.ways_m, self.pull_n, body, measured_n, part)
         return share
 

@@ -14,18 +14,25 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
-from testbed.laws.traction import GRIPPED, RESERVE_M, TractionState, traction_step
+from testbed.laws.traction import (
+    GRIPPED,
+    IDLE_S,
+    RESERVE_M,
+    STILL_M_S,
+    TractionState,
+    traction_step,
+)
 from testbed.machine.names import SIDES
 from testbed.machine.scale import ROBOCLIMBER, Scale
 
 STEPS = 10
 """Steps of the law in one tick of control."""
-HAULING_M_S = 1.0e-3
-"""A rope that moves by less has no stroke to end soon."""
-NEAR_END_M = 0.006
-"""So near to the end of a stroke the body slows down (E)."""
-END_SHARE = 0.3
-"""And to this share of its speed, at which it comes to the end (E)."""
+RENEWING_S = IDLE_S + 0.3
+"""Within this time of rest a device has begun to go back."""
+WORN_SHARE = 0.6
+"""A stroke of which more is left is not given up for a new one (E)."""
+END_M = 0.004
+"""So near to the end of a stroke the body rests, that both devices go back together (E)."""
 
 
 class Strokes:
@@ -36,8 +43,9 @@ class Strokes:
         self._device = np.array([device])
         self._state = TractionState.zeros(len(SIDES))
         self._state["way"], self._state["place"] = -1.0, RESERVE_M
-        self._near_m = scale.length * NEAR_END_M
-        self._rates = np.zeros(len(SIDES))
+        self._end_m = scale.length * END_M
+        self._hauls = np.ones(len(SIDES), dtype=bool)
+        self._renewing_s = np.inf
         self.stiffness_ea_n = stiffness_ea_n
 
     @property
@@ -53,23 +61,34 @@ class Strokes:
     @property
     def left_m(self) -> Array:
         """(2) what is left of the strokes in the way that the ropes are moved."""
-        place = self._state["place"]
-        left = np.where(self._rates < 0.0, self._device["stroke"] - place, place)
-        ends = (np.abs(self._rates) > HAULING_M_S) & (self._device["stroke"] > 0.0)
-        return np.where(ends, left, np.inf)
+        place, stroke = self._state["place"], self._device["stroke"]
+        left = np.where(self._hauls, stroke - place, place)
+        return np.where(stroke > 0.0, left, np.inf)
+
+    def last(self, way_m: float) -> bool:
+        """Whether the strokes last for so much rope, or are as good as new."""
+        left, whole = float(self.left_m.min()), float(self._device["stroke"][0]) - RESERVE_M
+        return left >= min(way_m, WORN_SHARE * whole)
+
+    def renew(self) -> None:
+        """Let the body rest until both devices have gone back for whole strokes."""
+        if self._renewing_s >= RENEWING_S:
+            self._renewing_s = 0.0
 
     def follow(self, rates_m_s: Array, tension_n: Array, supply_pa: float, dt: float) -> None:
         """What the devices do in the dt s in which they are told `rates_m_s` (2; negative hauls
         in), with tension_n (2) measured and the supply at supply_pa, gauge.
         """
-        self._rates = rates_m_s
+        moves = np.abs(rates_m_s) > STILL_M_S
+        self._hauls = np.where(moves, rates_m_s < 0.0, self._hauls)
+        self._renewing_s += dt
         follow_strokes(self._state, self._device, rates_m_s, tension_n, supply_pa, dt)
 
     def readiness(self) -> float:
         """0 to 1: how fast the body may move for the strokes' sake."""
-        if not self.gripped:
-            return 0.0
-        return min(max(float(self.left_m.min()) / self._near_m, END_SHARE), 1.0)
+        if self.gripped and float(self.left_m.min()) < self._end_m:
+            self.renew()
+        return 1.0 if self.gripped and self._renewing_s >= RENEWING_S else 0.0
 
 
 @njit

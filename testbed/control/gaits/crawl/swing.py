@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from testbed.control.gaits.crawl.pace import SWING_RAMP, Pace, progress
+from testbed.control.gaits.crawl.pace import RAMP, SWING_RAMP, Pace, progress
 from testbed.formats.arrays import Array
 from testbed.machine.names import ROTATION, VERTICAL
 from testbed.machine.scale import ROBOCLIMBER, Scale
@@ -225,10 +225,14 @@ class BodyWay:
     start: Array
     end: Array
     duration_s: float
+    ramp: float = RAMP
+    """Share of the time in which the speed rises, and falls."""
 
     def at(self, t: float) -> Array:
         """(3) where the body is meant to be t seconds after it set off."""
-        return np.asarray(self.start + progress(t / self.duration_s) * (self.end - self.start))
+        return np.asarray(
+            self.start + progress(t / self.duration_s, self.ramp) * (self.end - self.start)
+        )
 
 
 @dataclass
