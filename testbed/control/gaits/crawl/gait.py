@@ -349,13 +349,15 @@ class CrawlGait:
         # The search takes over at its own speed: a foot that stopped and set off again would turn
         # its friction over.
         height, old_m = float(self._feet[leg, 2]), float(phase.swing.end[2]) - self._ground.above_m
-        slow = before - height < self._ground.speed_m_s(height, old_m) * dt
+        haste = self._plan.manner.far_haste
+        slow = before - height < self._ground.speed_m_s(height, old_m, haste) * dt
         return share >= 1.0 or (share > phase.swing.arrival and slow)
 
     def _search(self, phase: Phase, dt: float, measured: Measured) -> bool:
         """Lower the foot until its load rises, or as far as the search goes."""
         leg, ground = phase.leg, self._ground
-        self._feet[leg, 2] -= ground.speed_m_s(float(self._feet[leg, 2]), phase.old_m) * dt
+        height, haste = float(self._feet[leg, 2]), self._plan.manner.far_haste
+        self._feet[leg, 2] -= ground.speed_m_s(height, phase.old_m, haste) * dt
         met = ground.met(float(measured.load[leg]), self._clock, dt)
         if met or self._feet[leg, 2] <= ground.lowest_m(phase.old_m):
             return self._touch(leg, measured)

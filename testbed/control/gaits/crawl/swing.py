@@ -78,9 +78,10 @@ class GroundSearch:
         self._far_m_s = max(scale.speed * FAR_SEARCH_M_S * lightness**0.5, self._near_m_s)
         self._base_n = 0.0
 
-    def speed_m_s(self, height_m: float, old_m: float) -> float:
-        """How fast the foot may come down at a height."""
-        return self._far_m_s if height_m > old_m + self._far_m else self._near_m_s
+    def speed_m_s(self, height_m: float, old_m: float, far_haste: float = 1.0) -> float:
+        """How fast the foot may come down at a height; far_haste: see GaitStyle."""
+        far = height_m > old_m + self._far_m
+        return far_haste * self._far_m_s if far else self._near_m_s
 
     def lowest_m(self, old_m: float) -> float:
         """Where the search ends."""

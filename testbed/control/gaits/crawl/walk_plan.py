@@ -77,6 +77,8 @@ class GaitStyle:
     """The body takes so many times its least time for its way while legs swing."""
     three_feet: float = THREE_FEET
     """On three feet tensions may differ from what is wanted by so much of what they usually may."""
+    far_haste: float = 1.0
+    """Far above its old foothold a foot seeks the ground so many times as fast as usual."""
     strokes: bool = False
     """Whether the body rests while a traction device goes back, and what a device owes is not asked
     of it again.
@@ -96,12 +98,13 @@ STYLES = {
         margin=0.6,
         haste=1.2,
         unload_m_s=0.008,
-        clear=0.15,
+        clear=0.1,
         swing_ramp=0.14,
         creep_ease=1.1,
         strokes=True,
         ramp=0.06,
         three_feet=0.7,
+        far_haste=1.5,
     ),
 }
 
