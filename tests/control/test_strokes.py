@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from walking_machine import ANCHORS, TENSION, TICK, at_the_start, crawl, step
 
+from testbed.control.gaits.crawl.gait import EASE_S
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.crawl.strokes import END_M, STEPS, WORN_SHARE, Strokes
 from testbed.laws.traction import GRIPPED, IDLE_S, RESERVE_M, TractionState, traction_step
@@ -85,17 +86,14 @@ def test_rope_that_a_device_owes_is_not_asked_for_again() -> None:
 
 
 def test_the_brisk_gaits_body_never_starts_or_stops_at_once() -> None:
-    """No change of its speed is more than its greatest speed within the time to come to rest."""
-    most, fastest = {}, {}
-    for gait in ("flowing", "brisk"):
-        made, seen, before = crawl(f"task.gait={gait}", "task.steps=8"), at_the_start(), np.zeros(3)
-        most[gait] = fastest[gait] = 0.0
-        places = [before]
-        for tick in range(3000):
-            seen, _, _ = step(made, seen, tick * TICK)
-            places.append(made.moved_m)
-        speeds = np.diff(places, axis=0) / TICK
-        fastest[gait] = float(np.linalg.norm(speeds, axis=1).max())
-        most[gait] = float(np.linalg.norm(np.diff(speeds, axis=0), axis=1).max()) / TICK
-    assert fastest["brisk"] > fastest["flowing"]
-    assert most["brisk"] < 1.5 * fastest["brisk"] / 0.1
+    """From its greatest speed it takes half of EASE_S at least to come to rest."""
+    made, seen = crawl("task.gait=brisk", "task.steps=8"), at_the_start()
+    places = [made.moved_m]
+    for tick in range(3000):
+        seen, _, _ = step(made, seen, tick * TICK)
+        places.append(made.moved_m)
+    speeds = np.diff(places, axis=0) / TICK
+    fastest = float(np.linalg.norm(speeds, axis=1).max())
+    changes = np.linalg.norm(np.diff(speeds, axis=0), axis=1) / TICK
+    assert made.steps_done >= 6 and fastest > 0.06
+    assert changes.max() < fastest / (0.5 * EASE_S)

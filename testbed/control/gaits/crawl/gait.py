@@ -56,8 +56,6 @@ radial joint, rad of a leg of about a metre (E).
 """
 EASE_S = 0.1
 """Where strokes are reckoned with, the body sets off and comes to rest within this time (E)."""
-RUN_OUT_S = 0.2
-"""And what speed it has when a new way begins, runs out within this time (E)."""
 PATIENCE_S, CREEPS = 3.0, 0.1
 """A swing that has waited for so long goes on at this share of its speed: what holds the foot may
 be a step of the rock beside it, which it has to rise above (E).
@@ -291,9 +289,12 @@ class CrawlGait:
         return self._ready
 
     def _run_out_m(self) -> Array:
-        """(3) how far the body still has to go for the speed that it had when its way began."""
-        left = max(1.0 - self._since_way_s / RUN_OUT_S, 0.0)
-        return 0.5 * RUN_OUT_S * left * left * self._speed_m_s
+        """(3) how far the body still has to go for the speed that it had when its way began, which
+        runs out as the new one rises.
+        """
+        within_s = self._way.ramp * self._way.duration_s
+        left = max(1.0 - self._since_way_s / within_s, 0.0)
+        return 0.5 * within_s * left * left * self._speed_m_s
 
     def _keeping_up(self, dt: float, measured: Measured) -> float:
         """0 to 1: how fast a swing may go on for its leg's sake."""
