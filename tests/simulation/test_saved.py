@@ -21,6 +21,7 @@ CASES = {
     "distribution": ["drill_slope_45", "task.start_s=0.1", "control.distribution=qp"],
     "loose": ["loose_ground"],
     "rough": ["crawl_rough_45", "task.start_s=0.05"],
+    "brisk": ["crawl_slope_45", "task.gait=brisk", "task.start_s=0.05"],
     "detector": ["stand_slope_45", "estimator.detector=glr", "machine.draw=workshop"],
 }
 
