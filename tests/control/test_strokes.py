@@ -59,6 +59,18 @@ def test_a_body_that_rests_lets_both_devices_go_back_together() -> None:
     assert made.left_m == pytest.approx([WHOLE_M, WHOLE_M], abs=2e-3)
 
 
+def test_a_body_does_not_wait_for_ever_at_an_end_that_no_device_leaves() -> None:
+    """Paid out over a whole stroke, then hauled back: a device at rest keeps such a stroke."""
+    made, waited_s = strokes(), 0.0
+    haul(made, 0.05, 0.05, until_s=2.5)
+    assert made.left_m.min() > 0.1
+    while waited_s < 1.0 and made.gripped:
+        ready = made.readiness()
+        waited_s = 0.0 if ready else waited_s + TICK
+        haul(made, -0.05 * ready, -0.05 * ready, until_s=TICK)
+    assert not made.gripped, "it went on to the end of the stroke"
+
+
 def test_a_stroke_is_given_up_where_it_is_worn_and_does_not_last() -> None:
     made = strokes()
     assert made.last(2.0 * WHOLE_M), "a new one would not last either"

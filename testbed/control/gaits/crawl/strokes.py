@@ -46,6 +46,8 @@ class Strokes:
         self._end_m = scale.length * END_M
         self._hauls = np.ones(len(SIDES), dtype=bool)
         self._renewing_s = np.inf
+        self._rested = False
+        """Whether the body has rested at this end of a stroke."""
         self.stiffness_ea_n = stiffness_ea_n
 
     @property
@@ -85,10 +87,18 @@ class Strokes:
         follow_strokes(self._state, self._device, rates_m_s, tension_n, supply_pa, dt)
 
     def readiness(self) -> float:
-        """0 to 1: how fast the body may move for the strokes' sake."""
-        if self.gripped and float(self.left_m.min()) < self._end_m:
+        """0 to 1: how fast the body may move for the strokes' sake.
+
+        A device that has not gone back in such a rest is let run to its end: one that has paid out
+        counts from the other end, and keeps what it has.
+        """
+        if not self.gripped:
+            self._rested = False
+            return 0.0
+        if float(self.left_m.min()) < self._end_m and not self._rested:
+            self._rested = True
             self.renew()
-        return 1.0 if self.gripped and self._renewing_s >= RENEWING_S else 0.0
+        return 1.0 if self._renewing_s >= RENEWING_S else 0.0
 
 
 @njit
