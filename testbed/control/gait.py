@@ -263,6 +263,8 @@ class BelievedStart:
     """(2, 3) unit vectors from the attachments towards the anchors."""
     anchors_in_body_m: Array
     """(2, 3) as surveyed."""
+    rope_strokes: bool = True
+    """Whether the traction devices pull in strokes; else as winches."""
 
     @property
     def legs(self) -> LegKinematics:

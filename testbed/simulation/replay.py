@@ -130,4 +130,5 @@ def recorded_start(scenario: Scenario, first: Measured) -> BelievedStart:
         rope_tension_n=first.rope_tension,
         rope_directions_in_body=ways / np.linalg.norm(ways, axis=1)[:, None],
         anchors_in_body_m=anchors,
+        rope_strokes=scenario.ropes.strokes,
     )

@@ -17,11 +17,12 @@ from testbed.laws.rope import unstrained_length, unstrained_sagging
 from testbed.laws.traction import RESERVE_M
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS
 from testbed.robot.robot import Robot
+from testbed.robot.traction import traction_parameters
 from testbed.scenario.scenario import Scenario
 from testbed.world.board import Board
 from testbed.world.engine import Engine
 from testbed.world.ground.terrain import Ground
-from testbed.world.hydraulic_parameters import axis_parameters, traction_parameters, unit_parameters
+from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.sensing import sensor_records
 from testbed.world.start import Start
 from testbed.world.switches import switch_off

@@ -23,6 +23,8 @@ def test_the_ground_is_sought_in_proportion_to_what_the_feet_carry() -> None:
     assert flat.speed_m_s(0.0, 0.0) == pytest.approx(0.06)
     assert steep.speed_m_s(0.0, 0.0) == pytest.approx(0.03)
     assert wall.speed_m_s(0.0, 0.0) == 0.01
+    assert steep.speed_m_s(0.061, 0.0, 1.5) == 1.5 * steep.speed_m_s(0.061, 0.0)
+    assert steep.speed_m_s(0.0, 0.0, 1.5) == steep.speed_m_s(0.0, 0.0), "a touch is as soft"
     assert steep.speed_m_s(0.061, 0.0) == pytest.approx(0.08 * math.sqrt(0.5)), (
         "half of the ground's steps above"
     )

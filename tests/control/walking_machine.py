@@ -32,6 +32,7 @@ def believed_start(scenario: Scenario, joints: np.ndarray = START) -> BelievedSt
         rope_directions_in_body=ANCHORS / 30.0,
         anchors_in_body_m=ANCHORS,
         robot=believed_robot(scenario),
+        rope_strokes=scenario.ropes.strokes,
     )
 
 

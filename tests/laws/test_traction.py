@@ -11,10 +11,10 @@ from testbed.compiled import njit
 from testbed.laws import traction as tr
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.build import build_machine
+from testbed.robot.traction import traction_parameters
 from testbed.scenario.scenario import load_scenario
 from testbed.world import plant
 from testbed.world.board import Board
-from testbed.world.hydraulic_parameters import traction_parameters
 from testbed.world.simulation import Simulation
 
 DT = 1e-3

@@ -30,6 +30,7 @@ CASES = {
         "ropes.enabled=false",
         "events=[{kind: set_friction, at_s: 0.1, friction: 0.3}]",
     ],
+    "brisk": ["crawl_slope_45", "task.gait=brisk", "task.start_s=0.05"],
     "detector": ["stand_slope_45", "estimator.detector=glr", "machine.draw=workshop"],
 }
 

@@ -15,11 +15,13 @@ from testbed.control.gaits.crawl.footholds import Footholds
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.pace import Pace
 from testbed.control.gaits.crawl.rope_hold import RopeHold
+from testbed.control.gaits.crawl.strokes import Strokes
 from testbed.control.gaits.standing import Hold, SwayGait
 from testbed.control.layers import KeepMast, Supervisor
 from testbed.errors import InputError
 from testbed.formats.sockets import load_object
 from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.robot.traction import traction_parameters
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.events import Event, LiftFoot, SetRope, Stop, Turn
 from testbed.scenario.scenario import Scenario
@@ -183,4 +185,9 @@ def _crawl(task: Crawl, start: BelievedStart) -> CrawlGait:
         Footholds(start.model, start.legs, start.joints, machine.ground.friction),
         Pace(machine, start.robot.linkages.gain_arms(start.joints)),
         RopeHold(start.anchors_in_body_m, attachments, start.rope_tension_n, machine.scale),
+        Strokes(
+            traction_parameters(machine, strokes=start.rope_strokes),
+            machine.rope.stiffness_ea_n,
+            machine.scale,
+        ),
     )

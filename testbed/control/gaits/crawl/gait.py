@@ -20,6 +20,7 @@ from testbed.control.gaits.crawl.footholds import Footholds
 from testbed.control.gaits.crawl.pace import Pace
 from testbed.control.gaits.crawl.posture import Levelling, explained
 from testbed.control.gaits.crawl.rope_hold import RopeHold
+from testbed.control.gaits.crawl.strokes import Strokes
 from testbed.control.gaits.crawl.swing import IN_THE_AIR, Activity, BodyWay, GroundSearch, Phase
 from testbed.control.gaits.crawl.walk_plan import SEAT_S, Stride, WalkPlan
 from testbed.errors import InputError
@@ -53,6 +54,8 @@ LAG_FREE, LAG_MOST = 0.02, 0.06
 """A swing slows down when its leg lags by the first of these, and waits for it at the second: m of
 radial joint, rad of a leg of about a metre (E).
 """
+EASE_S = 0.1
+"""Where strokes are reckoned with, the body sets off and comes to rest within this time (E)."""
 PATIENCE_S, CREEPS = 3.0, 0.1
 """A swing that has waited for so long goes on at this share of its speed: what holds the foot may
 be a step of the rock beside it, which it has to rise above (E).
@@ -63,11 +66,18 @@ class CrawlGait:
     """Set points of a walk. A Gait."""
 
     def __init__(
-        self, task: Crawl, start: BelievedStart, footholds: Footholds, pace: Pace, ropes: RopeHold
+        self,
+        task: Crawl,
+        start: BelievedStart,
+        footholds: Footholds,
+        pace: Pace,
+        ropes: RopeHold,
+        strokes: Strokes,
     ) -> None:
         """Raises InputError for a stride that is out of reach, before anything moves."""
         self.task = task
         self._legs, self._footholds, self._ropes = start.legs, footholds, ropes
+        self._strokes = strokes
         self._ready_pa = start.robot.machine.power_unit.ready_pressure_pa
         self._feet = footholds.home.copy()
         self._body, self._joints = np.zeros(3), start.joints
@@ -87,6 +97,11 @@ class CrawlGait:
         self._waited_s = 0.0
         """Since a foot last began to be seated."""
         self._way = BodyWay(self._body, self._body, 1.0)
+        self._ready = 1.0
+        self._went_m_s = np.zeros(3)
+        """(3) speed of the body's set points in the last tick."""
+        self._speed_m_s, self._since_way_s = np.zeros(3), 0.0
+        """(3) the same when the last way began, and how long ago that was."""
         self._wanted: Stride | None = None
         self.steps_done = 0
         self.groups = 0
@@ -170,11 +185,22 @@ class CrawlGait:
         seating = at_it or self._seated_s < SEAT_S
         levelling.correct(self._feet, self._body, stance, measured, seating, dt)
         self._joints = self._footholds.joints(self._feet, self._body)
+        self._went_m_s = (self._body - before) / dt
         return Command(
             joints=self._joints,
-            rope_rates_m_s=self._ropes.rates_m_s(self._body, before, dt, measured.rope_tension),
+            rope_rates_m_s=self._rope_rates_m_s(before, dt, measured),
             stance=stance,
         )
+
+    def _rope_rates_m_s(self, before: Array, dt: float, measured: Measured) -> Array:
+        """(2) what the ropes are told, the body having been at `before` (3) dt s ago."""
+        ropes, tension, strokes = self._ropes, measured.rope_tension, self._strokes
+        if not self._plan.manner.strokes:
+            return ropes.rates_m_s(self._body, before, dt, tension)
+        owed_n = -strokes.owed_m * strokes.stiffness_ea_n / ropes.lengths_m(self._body)
+        rates = ropes.rates_m_s(self._body, before, dt, tension, owed_n)
+        strokes.follow(rates, tension, measured.supply_pressure, dt)
+        return rates
 
     def _begun(self, measured: Measured) -> Levelling:
         """What keeps the body level; made at the first tick, when the attitude is known."""
@@ -197,8 +223,9 @@ class CrawlGait:
             self._keeping_up(dt, measured) if phase.doing is Activity.SWING else 1.0
         )
         if self._way_clock < self._way.duration_s:
-            self._way_clock += dt * self._readiness(measured)
-            self._body = self._way.at(self._way_clock)
+            self._way_clock += dt * self._readiness(dt, measured)
+        self._since_way_s += dt
+        self._body = self._way.at(self._way_clock) - self._run_out_m()
         share = self._clock / phase.duration_s
         self._seated_s += dt
         if phase.doing in IN_THE_AIR:
@@ -215,10 +242,17 @@ class CrawlGait:
         phase, self._clock = self._queue.pop(0), 0.0
         if phase.doing is Activity.SEAT:
             self._seated_s = 0.0
+        last = all(other.swing is None for other in self._queue[1:])
+        if phase.doing is Activity.UNLOAD and last and self._plan.manner.strokes:
+            # Better now than in the next shift, for which the legs would have to wait.
+            shift = self._plan.shifts_m(self._way.end - self._body)
+            if not self._strokes.last(shift):
+                self._strokes.renew()
         if phase.way is not None:
-            self._way, self._way_clock = phase.way, 0.0
-            if self._plan.manner.lead_s > 0.0:  # the shift may not quite be over
-                self._way = replace(phase.way, start=self._body)
+            self._way, self._way_clock, self._since_way_s = phase.way, 0.0, 0.0
+            if self._plan.manner.strokes:  # the last way may not quite be over
+                self._speed_m_s = self._went_m_s
+                self._way = replace(phase.way, start=self._body + self._run_out_m())
         if phase.swing is not None:
             # Foot and body may not be quite where they were meant to be.
             then = self._way.at(self._way_clock + phase.duration_s)
@@ -240,13 +274,27 @@ class CrawlGait:
             self._plan.choose(own, self.steps_done)
             return self._plan.next_phases(self._feet, self._body, self.steps_done)
 
-    def _readiness(self, measured: Measured) -> float:
+    def _readiness(self, dt: float, measured: Measured) -> float:
         """0 to 1: how fast the body may move for the ropes' and the pump's sake."""
         share = measured.supply_pressure / self._ready_pa
         supply = (share - SUPPLY_LOW_SHARE) / (SUPPLY_FULL_SHARE - SUPPLY_LOW_SHARE)
         in_the_air = self._phase is not None and self._phase.doing in IN_THE_AIR
-        ropes = self._ropes.readiness(self._body, measured.rope_tension, in_the_air)
-        return min(ropes, max(supply, 0.0))
+        part = self._plan.manner.three_feet if in_the_air else 1.0
+        ropes = self._ropes.readiness(self._body, measured.rope_tension, part)
+        ready = min(ropes, max(supply, 0.0))
+        if not self._plan.manner.strokes:
+            return ready
+        ready, most = min(ready, self._strokes.readiness()), dt / EASE_S
+        self._ready = min(max(ready, self._ready - most), self._ready + most)
+        return self._ready
+
+    def _run_out_m(self) -> Array:
+        """(3) how far the body still has to go for the speed that it had when its way began, which
+        runs out as the new one rises.
+        """
+        within_s = self._way.ramp * self._way.duration_s
+        left = max(1.0 - self._since_way_s / within_s, 0.0)
+        return 0.5 * within_s * left * left * self._speed_m_s
 
     def _keeping_up(self, dt: float, measured: Measured) -> float:
         """0 to 1: how fast a swing may go on for its leg's sake."""
@@ -302,13 +350,15 @@ class CrawlGait:
         # The search takes over at its own speed: a foot that stopped and set off again would turn
         # its friction over.
         height, old_m = float(self._feet[leg, 2]), float(phase.swing.end[2]) - self._ground.above_m
-        slow = before - height < self._ground.speed_m_s(height, old_m) * dt
+        haste = self._plan.manner.far_haste
+        slow = before - height < self._ground.speed_m_s(height, old_m, haste) * dt
         return share >= 1.0 or (share > phase.swing.arrival and slow)
 
     def _search(self, phase: Phase, dt: float, measured: Measured) -> bool:
         """Lower the foot until its load rises, or as far as the search goes."""
         leg, ground = phase.leg, self._ground
-        self._feet[leg, 2] -= ground.speed_m_s(float(self._feet[leg, 2]), phase.old_m) * dt
+        height, haste = float(self._feet[leg, 2]), self._plan.manner.far_haste
+        self._feet[leg, 2] -= ground.speed_m_s(height, phase.old_m, haste) * dt
         met = ground.met(float(measured.load[leg]), self._clock, dt)
         if met or self._feet[leg, 2] <= ground.lowest_m(phase.old_m):
             return self._touch(leg, measured)

@@ -59,11 +59,11 @@ class Pace:
         """So many times the usual share of pump and valves may be asked for, 1.4 times all of them;
         of a traction device no more than its speed."""
 
-    def shift_s(self, joints: Array, ropes_m: Array) -> float:
+    def shift_s(self, joints: Array, ropes_m: Array, ramp: float = RAMP) -> float:
         """Least duration of a shift of the body, sampled evenly: joints (n, 12), rope lengths (n,
-        2) to be kept, m.
+        2) to be kept, m; its speed rises and falls in a share `ramp` of it.
         """
-        return PEAK * self._needed_s(joints, ropes_m, LOADED_SHARE * self._rated)
+        return 1.0 / (1.0 - ramp) * self._needed_s(joints, ropes_m, LOADED_SHARE * self._rated)
 
     def swing_s(self, joints: Array) -> float:
         """Least duration of a leg's swing, sampled evenly in time: joints (n, 12)."""

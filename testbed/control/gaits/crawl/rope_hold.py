@@ -39,6 +39,10 @@ pull unequally tip the body towards the foot in the air.
 """
 
 
+NOTHING = np.zeros(2)
+NOTHING.flags.writeable = False
+
+
 class TensionGains(NamedTuple):
     """How tensions are kept while the body moves."""
 
@@ -101,21 +105,25 @@ class RopeHold:
         """(2,) tensions that keep the pull along the slope."""
         return np.array(self._wanted(body))
 
-    def rates_m_s(self, body: Array, before: Array, dt: float, measured_n: Array) -> Array:
+    def rates_m_s(
+        self, body: Array, before: Array, dt: float, measured_n: Array, owed_n: Array = NOTHING
+    ) -> Array:
         """(2) rates of the unstrained lengths (negative hauls in); body (3), before (3) dt s
-        ago.
+        ago; owed_n (2): tension that comes by itself, of rope that the devices have still to haul.
         """
         out = np.zeros(2)
         if self._any:
+            measured_n = measured_n + owed_n
             ways, pull, by = self.ways_m, self.pull_n, self._keeping
             rope_rates(ways, pull, body, before, dt, measured_n, by, out)
         return out
 
-    def readiness(self, body: Array, measured_n: Array, three_feet: bool = False) -> float:
-        """0 to 1: how fast the body may move for the ropes' sake."""
+    def readiness(self, body: Array, measured_n: Array, part: float = 1.0) -> float:
+        """0 to 1: how fast the body may move for the ropes' sake, whose tensions may differ from
+        what is wanted by a `part` of the usual.
+        """
         if not self._any:
             return 1.0
-        part = THREE_FEET if three_feet else 1.0
         share: float = rope_readiness(self.ways_m, self.pull_n, body, measured_n, part)
         return share
 

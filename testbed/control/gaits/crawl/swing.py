@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from testbed.control.gaits.crawl.pace import SWING_RAMP, Pace, progress
+from testbed.control.gaits.crawl.pace import RAMP, SWING_RAMP, Pace, progress
 from testbed.formats.arrays import Array
 from testbed.machine.names import ROTATION, VERTICAL
 from testbed.machine.scale import ROBOCLIMBER, Scale
@@ -78,9 +78,10 @@ class GroundSearch:
         self._far_m_s = max(scale.speed * FAR_SEARCH_M_S * lightness**0.5, self._near_m_s)
         self._base_n = 0.0
 
-    def speed_m_s(self, height_m: float, old_m: float) -> float:
-        """How fast the foot may come down at a height."""
-        return self._far_m_s if height_m > old_m + self._far_m else self._near_m_s
+    def speed_m_s(self, height_m: float, old_m: float, far_haste: float = 1.0) -> float:
+        """How fast the foot may come down at a height; far_haste: see GaitStyle."""
+        far = height_m > old_m + self._far_m
+        return far_haste * self._far_m_s if far else self._near_m_s
 
     def lowest_m(self, old_m: float) -> float:
         """Where the search ends."""
@@ -225,10 +226,14 @@ class BodyWay:
     start: Array
     end: Array
     duration_s: float
+    ramp: float = RAMP
+    """Share of the time in which the speed rises, and falls."""
 
     def at(self, t: float) -> Array:
         """(3) where the body is meant to be t seconds after it set off."""
-        return np.asarray(self.start + progress(t / self.duration_s) * (self.end - self.start))
+        return np.asarray(
+            self.start + progress(t / self.duration_s, self.ramp) * (self.end - self.start)
+        )
 
 
 @dataclass

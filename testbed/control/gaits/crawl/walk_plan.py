@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.control.gaits.crawl.footholds import Footholds, Swings
-from testbed.control.gaits.crawl.pace import SWING_RAMP, Pace, progress
-from testbed.control.gaits.crawl.rope_hold import RopeHold
+from testbed.control.gaits.crawl.pace import RAMP, SWING_RAMP, Pace, progress
+from testbed.control.gaits.crawl.rope_hold import THREE_FEET, RopeHold
 from testbed.control.gaits.crawl.swing import CLEAR, Activity, BodyWay, GroundSearch, Phase, Swing
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
@@ -71,8 +71,18 @@ class GaitStyle:
     """See Swing."""
     swing_ramp: float = SWING_RAMP
     """See Swing."""
+    ramp: float = RAMP
+    """Share of the time of the body's ways in which its speed rises, and falls."""
     creep_ease: float = CREEP_EASE
     """The body takes so many times its least time for its way while legs swing."""
+    three_feet: float = THREE_FEET
+    """On three feet tensions may differ from what is wanted by so much of what they usually may."""
+    far_haste: float = 1.0
+    """Far above its old foothold a foot seeks the ground so many times as fast as usual."""
+    strokes: bool = False
+    """Whether the body rests while a traction device goes back, and what a device owes is not asked
+    of it again.
+    """
 
 
 UNHURRIED = GaitStyle(0.0)
@@ -84,13 +94,17 @@ STYLES = {
         creep=0.75,
         flows=True,
         seat_s=0.15,
-        lead_s=0.65,
+        lead_s=0.8,
         margin=0.6,
         haste=1.2,
         unload_m_s=0.008,
-        clear=0.15,
+        clear=0.1,
         swing_ramp=0.14,
         creep_ease=1.1,
+        strokes=True,
+        ramp=0.06,
+        three_feet=0.7,
+        far_haste=1.5,
     ),
 }
 
@@ -247,6 +261,11 @@ class WalkPlan:
         """Share of its way that the body makes while legs swing."""
         return self._style.creep * (self._gentle if self._style.flows else 1.0)
 
+    def shifts_m(self, left: Array) -> float:
+        """How far the body goes along its way until the next shift is over, `left` (3) included."""
+        part_m = self.stride.length_m * self._group_size / len(LEGS)
+        return float(self.ahead @ left) + (1.0 - self.creep) * part_m
+
     @property
     def enough(self) -> float:
         """Share of the usual margin that is enough."""
@@ -326,8 +345,9 @@ class WalkPlan:
         ropes = np.array([self._ropes.lengths_m(body) for body in bodies])
         if not self._ropes.tension_n.any():
             ropes[:] = 0.0
-        duration_s = max(ease * self._pace.shift_s(joints, ropes), least_s)
-        return BodyWay(start.copy(), goal, duration_s)
+        ramp = self.manner.ramp
+        duration_s = max(ease * self._pace.shift_s(joints, ropes, ramp), least_s)
+        return BodyWay(start.copy(), goal, duration_s, ramp)
 
     def _swing_phases(
         self, leg: int, place: Array, body: Array, creep: Array, feet: Array
