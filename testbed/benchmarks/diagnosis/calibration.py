@@ -72,8 +72,10 @@ def read_trials(folders: Sequence[Path]) -> list[Trial]:
 
 def names_of(example: Signs) -> dict[str, list[str]]:
     """Question -> its signs."""
-    asked = (left_signs, generic_signs, flow_terms_signs, presence_signs, second_signs)
-    return {question: list(ask(example)) for question, ask in zip(QUESTIONS, asked, strict=True)}
+    of_all = (left_signs, generic_signs, flow_terms_signs)
+    asked = [ask(example) for ask in of_all]
+    asked += [presence_signs(example.refit), second_signs(example)]
+    return {question: list(found) for question, found in zip(QUESTIONS, asked, strict=True)}
 
 
 def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
