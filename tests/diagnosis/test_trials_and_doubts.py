@@ -119,6 +119,18 @@ def test_a_set_that_the_search_tried_is_one(decided: Any) -> None:
     assert dict(found.hypotheses)[("right",)] == pytest.approx(0.4)
 
 
+def test_a_doubted_second_effect_does_not_speak_against_another_second_one(decided: Any) -> None:
+    pair, single = ("right", "other"), ("right",)
+    weights = {pair: 0.36, single: 0.33, ("right", "bent"): 0.2, (): 0.06, ("unnamed",): 0.05}
+    found = decided(Leg(weights))
+    assert found.chosen.names == pair
+    given = 0.5 * 0.2 / (0.36 + 0.33)
+    after = dict(found.hypotheses)
+    assert after[pair] == pytest.approx(0.36 * (1.0 + given))
+    assert after[single] == pytest.approx(0.33 * (1.0 + given))
+    assert after[("right", "bent")] == pytest.approx(0.1)
+
+
 def test_draws_are_won_by_sets_of_the_search_alone(decided: Any) -> None:
     weights = {("right", "bent"): 0.6, ("bent",): 0.1, (): 0.1, ("unnamed",): 0.2}
     leg = Leg(weights)

@@ -143,19 +143,46 @@ def doubted(
 ) -> dict[tuple[str, ...], float]:
     """The weights with half of each set's given away that holds a name whose numbers end at their
     bounds: the data ask for another law than that name's, which is as likely as it. It goes to the
-    set without such names, or where nothing is left to what no name covers.
+    sets that hold the rest and no such name, as they stand to each other, for what speaks for a
+    second effect does not speak for the first alone; or where nothing is left to what no name
+    covers.
     """
-    out: dict[tuple[str, ...], float] = {}
+    rests = {names: _without_ended(tried, names) for names in weights}
+    out = {names: 0.0 for names in weights}
     for names, weight in weights.items():
-        candidate = tried.get(frozenset(names))
-        ended = at_bounds(candidate.fit) if candidate else {}
-        rest = tuple(name for name in names if name not in ended)
-        if len(rest) < len(names):
-            rest = rest if rest and frozenset(rest) in tried else ("unnamed",)
-            weight *= 0.5
-            out[rest] = out.get(rest, 0.0) + weight
-        out[names] = out.get(names, 0.0) + weight
+        rest = rests[names]
+        if rest == names:
+            out[names] += weight
+            continue
+        out[names] += 0.5 * weight
+        for heir, share in _heirs(tried, weights, rests, rest).items():
+            out[heir] = out.get(heir, 0.0) + 0.5 * weight * share
     return out
+
+
+def _without_ended(tried: Mapping[Names, Candidate], names: tuple[str, ...]) -> tuple[str, ...]:
+    """A set's names without those whose numbers end at their bounds."""
+    candidate = tried.get(frozenset(names))
+    ended = at_bounds(candidate.fit) if candidate else {}
+    return tuple(name for name in names if name not in ended)
+
+
+def _heirs(
+    tried: Mapping[Names, Candidate],
+    weights: Mapping[tuple[str, ...], float],
+    rests: Mapping[tuple[str, ...], tuple[str, ...]],
+    rest: tuple[str, ...],
+) -> dict[tuple[str, ...], float]:
+    """Set -> its share of what a doubted set gives away, whose other names are `rest`."""
+    if not rest or frozenset(rest) not in tried:
+        return {("unnamed",): 1.0}
+    found = {
+        names: weight
+        for names, weight in weights.items()
+        if rests[names] == names and frozenset(rest) <= frozenset(names)
+    }
+    total = sum(found.values())
+    return {names: weight / total for names, weight in found.items()} if total else {rest: 1.0}
 
 
 RIPPLED = 0.8
