@@ -138,3 +138,16 @@ def test_what_generic_terms_gain_counts_as_much_where_no_name_gains_as_beside_on
     for gain in (1.0, 100.0, 1000.0):
         assert unnamed(no_name, gain) == pytest.approx(unnamed(beside, gain), abs=0.03)
     assert unnamed(no_name, 1000.0) > 0.8
+
+
+def test_a_command_later_than_any_recorder_writes_it_speaks_for_what_no_name_covers() -> None:
+    def unnamed(late: float) -> float:
+        told = Signs(replace(NOTHING, late=late), (), None, (((), 0.0),), 1.0, 1e-3, 1.0)
+        return distribution(told, calibration())[("unnamed",)]
+
+    assert unnamed(1.0) == pytest.approx(unnamed(0.0), abs=0.02)  # recorders differ by a sample
+    assert unnamed(3.0) > 0.85 and unnamed(-3.0) == unnamed(3.0)
+    usual, dead_time, odds = 0.75, 5.0, 0.03  # samples, samples, of what is late and has no name
+    weights = calibration().late
+    assert weights["one"] == pytest.approx(np.log(odds * usual / dead_time), abs=1e-3)
+    assert weights["square"] == pytest.approx(0.5 / usual**2 - 0.5 / dead_time**2, abs=1e-4)

@@ -1,9 +1,10 @@
 """From signs to a distribution over sets of names, for legs whose sensors and valve are declared.
 
-Six questions L, each a logistic regression on a few signs, and rivalry among sets of the same
+Seven questions L, each a logistic regression on a few signs, and rivalry among sets of the same
 size:
 
-    P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms)) (1 - L(edges))
+    P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms))
+                                    (1 - L(edges)) (1 - L(late))
     P(an effect | a name would cover it) = the largest L(presence) of a single one
     P(a second one | an effect) = L(second)
     P(this set | its size) ~ (1 + (behind the leader) / (slack + share * leader's gain)) ^ -power,
@@ -48,6 +49,7 @@ class Calibration:
     rivals: Mapping[str, float]
     lapses: Mapping[str, float] = field(default_factory=dict)
     edges: Mapping[str, float] = field(default_factory=lambda: {"one": -30.0})
+    late: Mapping[str, float] = field(default_factory=lambda: {"one": -30.0})
 
     def lapsed(self, question: str, answer: float) -> float:
         """The probability of a yes, as far from certain as this question's answers have been."""
@@ -189,6 +191,16 @@ def edges_signs(signs: Signs) -> dict[str, float]:
     return {"one": 1.0, "uneven": signs.best.uneven}
 
 
+def late_signs(signs: Signs) -> dict[str, float]:
+    """The same, told by commands that act later or earlier than any recorder writes them.
+
+    Its weights are reckoned, not fitted: ln 0.03, the odds of what is without a name and meters
+    (E), and of the samples the logarithmic probability if they scatter by 5 (E: a dead time) less
+    that if they scatter by a recorder's 0.75 (base_models.USUAL_LATE).
+    """
+    return {"one": 1.0, "square": signs.best.late**2}
+
+
 def answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
     """A logistic regression's probability of a yes; signs without a weight do not count."""
     total = sum(weights[name] * sign for name, sign in signs.items() if name in weights)
@@ -204,6 +216,7 @@ def distribution(signs: Signs, calibration: Calibration) -> dict[Names, float]:
     )
     covered *= 1.0 - answer(flow_terms_signs(signs), calibration.flow_terms)
     covered *= 1.0 - answer(edges_signs(signs), calibration.edges)
+    covered *= 1.0 - answer(late_signs(signs), calibration.late)
     missing = calibration.lapsed("unnamed", 1.0 - covered)
     present = {
         single.names: calibration.lapsed(

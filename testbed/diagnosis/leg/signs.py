@@ -27,7 +27,8 @@ class SetSigns:
     relative growth of the noise of the recording that suffers most then.
     `force`, `flow`: largest noise over the floor of the sensors that the set leaves in a group of
     that kind in the air; `pressed`: in one of either kind on the load cell. `uneven`: how far the
-    valve's metering edges differ, see Edges.unevenness.
+    valve's metering edges differ, see Edges.unevenness; `late`: samples by which its commands act
+    later than the rows of the usual recorder say.
     """
 
     names: tuple[str, ...]
@@ -40,6 +41,7 @@ class SetSigns:
     flow: float
     uneven: float = 0.0
     pressed: float = 1.0
+    late: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -160,6 +162,7 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
         flow=max((value for name, value in in_air.items() if name[0] != "force"), default=1.0),
         uneven=candidate.fit.at.edges.unevenness(),
         pressed=max(pressed.values(), default=1.0),
+        late=candidate.fit.at.edges.late_s * min(one.full_rate_hz for one in state.problem.series),
     )
 
 

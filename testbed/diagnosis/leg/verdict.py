@@ -67,11 +67,14 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     `identified` model, hands its probability to the sets without it. Blocks are drawn anew within
     their recordings: each of a leg's is a motion of its own kind. Names are tried before those that
     end at their bounds are doubted, and again after: what a refused name was given speaks for no
-    law without a name. A line along the stroke that is left by what is believed then does.
+    law without a name. Names that passed beside each other are not tried again without one that is
+    doubted: what it explains would look like their cost. A line along the stroke that is left by
+    what is believed then speaks for what no name covers.
     """
     won, searched = wins(state, recordings_too=False), dict(state.tried)  # trials fit others too
     believed = _tried(state, distribution(signs(state, found), calibration()), won, identified)
-    weights = _tried(state, doubted(searched, believed), won, identified)
+    passed = frozenset(verdict_of(state, believed).chosen.names)
+    weights = _tried(state, doubted(searched, believed), won, identified, passed)
     verdict = verdict_of(state, weights)
     if verdict.kind != "unnamed" and _leaves_a_line(state, verdict.chosen):
         verdict = verdict_of(state, rippled(weights))
@@ -85,10 +88,13 @@ def _tried(
     weights: Mapping[tuple[str, ...], float],
     won: Mapping[Names, float],
     identified: LegModel,
+    passed: Names = frozenset(),
 ) -> Mapping[tuple[str, ...], float]:
-    """The weights once the names of the likeliest set have passed their trials."""
+    """The weights once the names of the likeliest set have passed their trials; `passed`: together
+    before.
+    """
     verdict = verdict_of(state, weights)
-    while verdict.kind == "effect":
+    while verdict.kind == "effect" and not passed.issuperset(verdict.chosen.names):
         failed = _failed(state, verdict.chosen, won, identified)
         if not failed:
             break
