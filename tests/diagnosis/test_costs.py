@@ -105,7 +105,7 @@ def test_groups_are_parted_by_contact_and_a_rig_without_air_is_judged_by_its_pre
 
 def signs(left: SetSigns) -> Signs:
     """Signs of a leg on which no name gained anything and so much is left."""
-    return Signs(left, None, None, (((), 0.0),), 1.0, 1e-3, 1.0)
+    return Signs(left, (), None, (((), 0.0),), 1.0, 1e-3, 1.0)
 
 
 def test_what_a_landing_leaves_says_nothing_where_the_same_in_the_air_has_no_name() -> None:

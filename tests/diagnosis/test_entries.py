@@ -127,6 +127,19 @@ def test_a_number_at_a_bound_is_told_and_one_at_its_natural_end_is_none() -> Non
     assert at_bounds(fitted(DELAY, sd, delay=0.2, lag_share=1.0)) == {"sensor.delay": ("delay",)}
 
 
+def test_a_logarithm_at_its_least_stands_for_nothing_where_there_may_be_none() -> None:
+    bristle = by_name("friction.presliding")
+    sd = {"stiffness": 0.1, "damping": 0.5}
+
+    def ended(damping: float) -> dict[str, tuple[str, ...]]:
+        fit = fitted(bristle, sd, stiffness=2e5, damping=damping)
+        return at_bounds(fit)
+
+    damping = bristle.spec("damping").coordinate(bristle.name, 1.0, ())
+    assert ended(damping.low) == {} and ended(500.0) == {}
+    assert ended(damping.high) == {"friction.presliding": ("damping",)}
+
+
 def test_a_set_with_a_number_at_a_bound_gives_half_of_its_probability_away() -> None:
     both, alone = ("force.spring", "hydraulics.air"), ("hydraulics.air",)
     spring, none, unnamed = ("force.spring",), (), ("unnamed",)

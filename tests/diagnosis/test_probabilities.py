@@ -24,8 +24,9 @@ def found(gain: float, fall: float, behind: float = 1000.0, left: float = 1.2) -
     """Signs of one good name and one rival."""
     before = replace(NOTHING, force=left / max(1.0 - fall, 1e-3))
     first = SetSigns(("a",), gain, gain, fall, gain, 0.0, left, 1.2)
+    rival = replace(first, names=("b",), gain=gain - behind, more=gain - behind)
     gains = (((), 0.0), (("a",), gain), (("b",), gain - behind))
-    return Signs(before, first, None, gains, 1.0, 1e-3, 1.0)
+    return Signs(before, (first, rival), None, gains, 1.0, 1e-3, 1.0)
 
 
 def test_probabilities_add_up_to_one() -> None:
@@ -111,3 +112,42 @@ def test_a_delay_that_is_a_first_order_lag_is_undone() -> None:
     assert again is not None
     inside = slice(100, -100)
     assert np.abs(again - true)[inside].max() < 5e3 < 0.05 * np.abs(read - true)[inside].max()
+
+
+def test_what_trims_a_long_recording_is_no_rival_of_what_explains_a_short_one() -> None:
+    plain = replace(NOTHING, names=("a",), gain=60.0, more=60.0, fall=0.57, carried=77.0)
+    slight = replace(NOTHING, names=("b",), gain=73.0, more=73.0, fall=0.04, carried=130.0)
+    gains = (((), 0.0), (("a",), 60.0), (("b",), 73.0))
+    both = distribution(Signs(NOTHING, (plain, slight), None, gains, 1.0, 1e-3, 1.0), calibration())
+    only = distribution(Signs(NOTHING, (plain,), None, gains[:2], 1.0, 1e-3, 1.0), calibration())
+    assert both[()] == pytest.approx(only[()])  # how sure an effect is, the plainest name says
+    assert both[("a",)] > 2.0 * both[("b",)]
+
+
+def test_what_generic_terms_gain_counts_as_much_where_no_name_gains_as_beside_one_that_hardly_does() -> (
+    None
+):
+    def unnamed(signs: Signs, gain: float) -> float:
+        told = replace(signs, generic_gain=gain, alone_gain=gain, generic_fall=0.1)
+        return distribution(told, calibration())[("unnamed",)]
+
+    hardly = replace(NOTHING, names=("a",), gain=6.1, more=6.1, fall=0.013)
+    gains = (((), 0.0), (("a",), 6.1))
+    beside = Signs(NOTHING, (hardly,), None, gains, 1.0, 1e-3, 1.0)
+    no_name = Signs(NOTHING, (), None, gains[:1], 1.0, 1e-3, 1.0)
+    for gain in (1.0, 100.0, 1000.0):
+        assert unnamed(no_name, gain) == pytest.approx(unnamed(beside, gain), abs=0.03)
+    assert unnamed(no_name, 1000.0) > 0.8
+
+
+def test_a_command_later_than_any_recorder_writes_it_speaks_for_what_no_name_covers() -> None:
+    def unnamed(late: float) -> float:
+        told = Signs(replace(NOTHING, late=late), (), None, (((), 0.0),), 1.0, 1e-3, 1.0)
+        return distribution(told, calibration())[("unnamed",)]
+
+    assert unnamed(1.0) == pytest.approx(unnamed(0.0), abs=0.02)  # recorders differ by a sample
+    assert unnamed(3.0) > 0.85 and unnamed(-3.0) == unnamed(3.0)
+    usual, dead_time, odds = 0.75, 5.0, 0.03  # samples, samples, of what is late and has no name
+    weights = calibration().late
+    assert weights["one"] == pytest.approx(np.log(odds * usual / dead_time), abs=1e-3)
+    assert weights["square"] == pytest.approx(0.5 / usual**2 - 0.5 / dead_time**2, abs=1e-4)

@@ -27,6 +27,8 @@ class Leg:
     refused: frozenset[str] = frozenset()
     lines: frozenset[Names] = frozenset()
     """Sets that leave a line along the stroke."""
+    dear_alone: frozenset[str] = frozenset()
+    """Names that look dear without any other."""
     tried: dict[frozenset[str], Any] = field(default_factory=dict)
     witnesses: set[frozenset[str]] = field(default_factory=set)
 
@@ -70,7 +72,9 @@ def decided(monkeypatch: pytest.MonkeyPatch) -> Any:
             "distribution": lambda signs, numbers: dict(leg.weights),
             "wins": wins,
             "trial": trial,
-            "dearest": lambda *_: None,
+            "dearest": lambda state, chosen, names: next(
+                (name for name in names if len(names) == 1 and name in state.dear_alone), None
+            ),
             "worse_than": lambda *_: False,
             "at_bounds": lambda fit: fit,
             "_leaves_a_line": lambda state, chosen: chosen.names in leg.lines,
@@ -117,6 +121,28 @@ def test_a_set_that_the_search_tried_is_one(decided: Any) -> None:
     found = decided(Leg(weights))
     assert found.chosen.names == ("right",)
     assert dict(found.hypotheses)[("right",)] == pytest.approx(0.4)
+
+
+def test_a_doubted_second_effect_does_not_speak_against_another_second_one(decided: Any) -> None:
+    pair, single = ("right", "other"), ("right",)
+    weights = {pair: 0.36, single: 0.33, ("right", "bent"): 0.2, (): 0.06, ("unnamed",): 0.05}
+    found = decided(Leg(weights))
+    assert found.chosen.names == pair
+    given = 0.5 * 0.2 / (0.36 + 0.33)
+    after = dict(found.hypotheses)
+    assert after[pair] == pytest.approx(0.36 * (1.0 + given))
+    assert after[single] == pytest.approx(0.33 * (1.0 + given))
+    assert after[("right", "bent")] == pytest.approx(0.1)
+
+
+def test_a_name_that_passed_beside_a_doubted_one_is_not_tried_again_without_it(
+    decided: Any,
+) -> None:
+    """What the doubted one explained would look like the cost of the other."""
+    weights = {("right", "bent"): 0.9, ("right",): 0.04, (): 0.03, ("unnamed",): 0.03}
+    found = decided(Leg(weights, dear_alone=frozenset(("right",))))
+    assert found.chosen.names == ("right",)
+    assert dict(found.hypotheses)[("right",)] == pytest.approx(0.49)
 
 
 def test_draws_are_won_by_sets_of_the_search_alone(decided: Any) -> None:

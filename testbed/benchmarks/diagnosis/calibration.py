@@ -72,13 +72,16 @@ def read_trials(folders: Sequence[Path]) -> list[Trial]:
 
 def names_of(example: Signs) -> dict[str, list[str]]:
     """Question -> its signs."""
-    asked = (left_signs, generic_signs, flow_terms_signs, presence_signs, second_signs)
-    return {question: list(ask(example)) for question, ask in zip(QUESTIONS, asked, strict=True)}
+    of_all = (left_signs, generic_signs, flow_terms_signs)
+    asked = [ask(example) for ask in of_all]
+    asked += [presence_signs(example.refit), second_signs(example)]
+    return {question: list(found) for question, found in zip(QUESTIONS, asked, strict=True)}
 
 
 def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
     """The flat vector of the fit as weights: distances from START, of `rivals` in logarithms, of
-    lapses in log odds. Those of the edges are reckoned and stay: no rig of equal edges tells them.
+    lapses in log odds. Those of the edges and of late commands are reckoned and stay: rigs of equal
+    edges, and of which few have late commands, do not tell them.
     """
     out: dict[str, dict[str, float]] = {}
     at = 0
@@ -97,7 +100,9 @@ def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
         lapse: float(1.0 / (1.0 + np.exp(-LAPSE_START - number)))
         for lapse, number in zip(LAPSES, last, strict=True)
     }
-    return Calibration(**out, rivals=rivals, lapses=lapses, edges=shipped().edges)
+    return Calibration(
+        **out, rivals=rivals, lapses=lapses, edges=shipped().edges, late=shipped().late
+    )
 
 
 def fit(trials: Sequence[Trial]) -> Calibration:
@@ -188,7 +193,7 @@ def as_yaml(calibration: Calibration, trials: Sequence[Trial], held_out: dict[st
         "brier_across_halves": round(held_out["brier"], 4),
         **{
             question: rounded(getattr(calibration, question))
-            for question in (*QUESTIONS, "rivals", "lapses", "edges")
+            for question in (*QUESTIONS, "rivals", "lapses", "edges", "late")
         },
     }
     return yaml_text(row)

@@ -70,7 +70,7 @@ def entries_of(
 def at_bounds(fit: Fit) -> dict[str, tuple[str, ...]]:
     """Name of an effect -> its fitted numbers that stand at a bound; effects without such are left
     out. The natural end of a number, up to which it is expected to go, such as a share of 1, is no
-    bound.
+    bound; nor is the least that a logarithm goes down to where there may be none, of a damping say.
     """
     effects = {active.effect.name: active.effect for active in fit.at.effects}
     low, high = bounds(fit.coordinates)
@@ -80,9 +80,11 @@ def at_bounds(fit: Fit) -> dict[str, tuple[str, ...]]:
     ):
         if coordinate.owner not in effects:
             continue
-        natural = effects[coordinate.owner].spec(coordinate.name).prior
-        expected = np.log(np.maximum(natural, 1e-300)) if coordinate.log else natural
+        spec = effects[coordinate.owner].spec(coordinate.name)
+        expected = np.log(np.maximum(spec.prior, 1e-300)) if coordinate.log else spec.prior
         near = np.abs(theta - ends) <= NEAR_BOUND * coordinate.scale
+        if coordinate.log and spec.low <= 0.0:
+            near[0] = False
         if (near & ~np.isin(ends, expected)).any():
             out[coordinate.owner] = (*out.get(coordinate.owner, ()), coordinate.name)
     return out

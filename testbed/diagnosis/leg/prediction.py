@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import numpy.typing as npt
 
@@ -17,6 +19,9 @@ from testbed.diagnosis.leg.fit import (
 from testbed.diagnosis.leg.problem import Problem
 
 FOLDS = 8
+UNKNOWN = 100.0
+"""Growth of a number's variance without one recording from which on the others as good as do not
+know it: they say ten times less sharply what it is (E)."""
 
 
 def block_covariance(problem: Problem, fit: Fit) -> Array:
@@ -51,11 +56,7 @@ def held_out(
     w = weights(problem, fit.residual, fit.scale)
     h, g = normal(fit.jacobian, fit.residual, w, unit)
     prior_h, prior_g = prior(fit.coordinates, fit.theta, unit)
-    low, high = bounds(fit.coordinates)
-    pull = g + prior_g
-    free = ~(
-        ((fit.theta <= low) & (pull > 0.0)) | ((fit.theta >= high) & (pull < 0.0))
-    )  # the others stay at a bound
+    free = _free(fit, g + prior_g)  # the others stay at a bound
     total = h + prior_h + ridge * np.eye(len(unit)) * max(np.trace(h) / len(unit), 1.0)
     out = {name: value.copy() for name, value in fit.residual.items()}
     folds = {c: _folds(problem, c, by_recording) for c in fit.jacobian}
@@ -73,6 +74,46 @@ def held_out(
         for channel, columns in fit.jacobian.items():
             out[channel][rows[channel]] += (columns[rows[channel]] * unit) @ delta
     return out
+
+
+def _free(fit: Fit, pull: Array) -> npt.NDArray[np.bool_]:
+    """Which coordinates a gradient does not hold at a bound."""
+    low, high = bounds(fit.coordinates)
+    held = ((fit.theta <= low) & (pull > 0.0)) | ((fit.theta >= high) & (pull < 0.0))
+    return np.asarray(~held, dtype=np.bool_)
+
+
+def shown_by_one(problem: Problem, fit: Fit, owners: Collection[str]) -> frozenset[str]:
+    """The recordings without which some number of these owners is as good as unknown: a load is on
+    the load cell alone, a cushion where the piston goes to its end.
+    """
+    h, pull, unit = normal_equations(problem, fit)
+    free = np.flatnonzero(_free(fit, pull))
+    mine = np.array([fit.coordinates[place].owner in owners for place in free], dtype=np.bool_)
+    if not mine.any():
+        return frozenset()
+    w = weights(problem, fit.residual, fit.scale)
+    whole = h[np.ix_(free, free)]
+    size = np.sqrt(np.diag(whole)) + np.finfo(float).tiny
+    known = _variances(whole, size)[mine]
+    found = set()
+    for number, series in enumerate(problem.series):
+        rest = whole.copy()
+        for channel, columns in fit.jacobian.items():
+            here = _folds(problem, channel, by_recording=True) == number
+            weighted = columns[np.ix_(here, free)] * unit[free] * w[channel][here, None]
+            rest -= weighted.T @ weighted
+        if (_variances(rest, size)[mine] > UNKNOWN * known).any():
+            found.add(series.name)
+    return frozenset(found)
+
+
+def _variances(h: Array, size: Array) -> Array:
+    """Diagonal of the inverse of a Hessian with coordinates of these sizes; what it does not
+    determine is next to infinite.
+    """
+    scaled = h / np.outer(size, size) + 1e-10 * np.eye(len(size))
+    return np.asarray(np.diag(np.linalg.inv(scaled)) / size**2, dtype=np.float64)
 
 
 def _folds(problem: Problem, channel: str, by_recording: bool) -> npt.NDArray[np.int64]:

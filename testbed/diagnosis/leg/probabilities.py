@@ -1,11 +1,14 @@
 """From signs to a distribution over sets of names, for legs whose sensors and valve are declared.
 
-Six questions L, each a logistic regression on a few signs, and rivalry among sets of the same
+Seven questions L, each a logistic regression on a few signs, and rivalry among sets of the same
 size:
 
-    P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms)) (1 - L(edges))
-    P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
-    P(this set | its size) ~ (1 + (behind the leader) / (slack + share * leader's gain)) ^ -power
+    P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms))
+                                    (1 - L(edges)) (1 - L(late))
+    P(an effect | a name would cover it) = the largest L(presence) of a single one
+    P(a second one | an effect) = L(second)
+    P(this set | its size) ~ (1 + (behind the leader) / (slack + share * leader's gain)) ^ -power,
+    of a single effect times its L(presence)
 
 A question may be answered wrongly however clear its signs are: instead of L, the probability is
 missed + (1 - missed - ghost) L, with the rates at which a sure "no" and a sure "yes" turn out to be
@@ -25,7 +28,7 @@ from pathlib import Path
 
 import numpy as np
 
-from testbed.diagnosis.leg.signs import Signs
+from testbed.diagnosis.leg.signs import SetSigns, Signs
 
 FILE = Path(__file__).with_name("calibration.yaml")
 Names = tuple[str, ...]
@@ -46,6 +49,7 @@ class Calibration:
     rivals: Mapping[str, float]
     lapses: Mapping[str, float] = field(default_factory=dict)
     edges: Mapping[str, float] = field(default_factory=lambda: {"one": -30.0})
+    late: Mapping[str, float] = field(default_factory=lambda: {"one": -30.0})
 
     def lapsed(self, question: str, answer: float) -> float:
         """The probability of a yes, as far from certain as this question's answers have been."""
@@ -77,14 +81,13 @@ def _size(value: float) -> float:
     return float(np.arcsinh(value / 5.0))
 
 
-def presence_signs(signs: Signs) -> dict[str, float]:
-    """What tells whether there is an effect at all."""
-    first = signs.first or signs.refit
+def presence_signs(single: SetSigns) -> dict[str, float]:
+    """What tells whether a single effect is one at all."""
     return {
         "one": 1.0,
-        "gain": _log(first.gain, 0.5),
-        "fall": _log(first.fall, 1e-3),
-        "carried": _size(first.carried),
+        "gain": _log(single.gain, 0.5),
+        "fall": _log(single.fall, 1e-3),
+        "carried": _size(single.carried),
     }
 
 
@@ -150,7 +153,7 @@ def generic_signs(signs: Signs) -> dict[str, float]:
     """
     generic = max(signs.generic_gain, 0.5)
     share = generic / (generic + max(signs.best.gain, 0.5))
-    ahead = signs.alone_gain - signs.best.gain if signs.best.names else 0.0
+    ahead = signs.alone_gain - signs.best.gain  # which is 0 of no name
     return {
         "one": 1.0,
         "gain": _log(generic, 0.5),
@@ -188,6 +191,16 @@ def edges_signs(signs: Signs) -> dict[str, float]:
     return {"one": 1.0, "uneven": signs.best.uneven}
 
 
+def late_signs(signs: Signs) -> dict[str, float]:
+    """The same, told by commands that act later or earlier than any recorder writes them.
+
+    Its weights are reckoned, not fitted: ln 0.03, the odds of what is without a name and meters
+    (E), and of the samples the logarithmic probability if they scatter by 5 (E: a dead time) less
+    that if they scatter by a recorder's 0.75 (base_models.USUAL_LATE).
+    """
+    return {"one": 1.0, "square": signs.best.late**2}
+
+
 def answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
     """A logistic regression's probability of a yes; signs without a weight do not count."""
     total = sum(weights[name] * sign for name, sign in signs.items() if name in weights)
@@ -203,29 +216,41 @@ def distribution(signs: Signs, calibration: Calibration) -> dict[Names, float]:
     )
     covered *= 1.0 - answer(flow_terms_signs(signs), calibration.flow_terms)
     covered *= 1.0 - answer(edges_signs(signs), calibration.edges)
+    covered *= 1.0 - answer(late_signs(signs), calibration.late)
     missing = calibration.lapsed("unnamed", 1.0 - covered)
+    present = {
+        single.names: calibration.lapsed(
+            "presence", answer(presence_signs(single), calibration.presence)
+        )
+        for single in signs.singles
+    }
     singles = [(n, gain) for n, gain in signs.gains if len(n) == 1]
     larger = [(n, gain) for n, gain in signs.gains if len(n) > 1]
-    some = (
-        calibration.lapsed("presence", answer(presence_signs(signs), calibration.presence))
-        if singles
-        else 0.0
-    )
+    some = max(present.values(), default=0.0)
     two = (
         calibration.lapsed("second", answer(second_signs(signs), calibration.second))
         if larger
         else 0.0
     )
     out: dict[Names, float] = {("unnamed",): missing, (): (1.0 - missing) * (1.0 - some)}
-    for group, power, whole in (
-        (singles, calibration.rivals["power_1"], some * (1.0 - two)),
-        (larger, calibration.rivals["power_2"], some * two),
-    ):
-        for names, share in rivalry(
-            group, calibration.rivals["slack"], calibration.rivals["share"], power
-        ):
+    rivals = calibration.rivals
+    of_one = weighed(rivalry(singles, rivals["slack"], rivals["share"], rivals["power_1"]), present)
+    of_more = rivalry(larger, rivals["slack"], rivals["share"], rivals["power_2"])
+    for shares, whole in ((of_one, some * (1.0 - two)), (of_more, some * two)):
+        for names, share in shares:
             out[names] = out.get(names, 0.0) + (1.0 - missing) * whole * share
     return out
+
+
+def weighed(
+    shares: Sequence[tuple[Names, float]], weights: Mapping[Names, float]
+) -> list[tuple[Names, float]]:
+    """The shares times the weights of their names, adding up to 1 again: a name that is no effect
+    by itself is no rival of one that is, however much it gains.
+    """
+    found = [(names, share * weights[names]) for names, share in shares]
+    total = sum(share for _, share in found)
+    return [(names, share / total) for names, share in found]
 
 
 def rivalry(

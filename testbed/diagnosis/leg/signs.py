@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from testbed.diagnosis.leg.evidence import Evidence, Key, of_residual
-from testbed.diagnosis.leg.prediction import held_out
+from testbed.diagnosis.leg.prediction import held_out, shown_by_one
 from testbed.diagnosis.leg.search import LEAST_FALL, LEAST_GAIN, Candidate, Search
 from testbed.diagnosis.leg.unexplained import Unexplained
 
@@ -23,11 +23,12 @@ class SetSigns:
 
     `gain`: held-out log-likelihood over the refit; `more`: over the set before; `fall`: largest
     relative fall of a group's noise from the set before; `carried`: log-likelihood gained where
-    each recording is predicted from the others; `worst`: relative growth of the noise of the
-    recording that suffers most then.
+    each recording is predicted from the others, if they can, see `_by_recording`; `worst`:
+    relative growth of the noise of the recording that suffers most then.
     `force`, `flow`: largest noise over the floor of the sensors that the set leaves in a group of
     that kind in the air; `pressed`: in one of either kind on the load cell. `uneven`: how far the
-    valve's metering edges differ, see Edges.unevenness.
+    valve's metering edges differ, see Edges.unevenness; `late`: samples by which its commands act
+    later than the rows of the usual recorder say.
     """
 
     names: tuple[str, ...]
@@ -40,18 +41,20 @@ class SetSigns:
     flow: float
     uneven: float = 0.0
     pressed: float = 1.0
+    late: float = 0.0
 
 
 @dataclass(frozen=True)
 class Signs:
-    """`refit`, `first`, `second`: no effect, the best single one, the best larger set; `gains`:
+    """`refit`: no effect; `singles`: every single one, the plainest first (see `_plainness`);
+    `second`: the larger set of the greatest gain, against the plainest single effect; `gains`:
     every set that was tried with its gain. `generic_*`: what generic terms add to the best set,
     `alone_gain`: to the refit; `flow_*`: what linear terms add to the best set's flow balances.
     `memory`: correlation time of what the best set leaves of the force, bins.
     """
 
     refit: SetSigns
-    first: SetSigns | None
+    singles: tuple[SetSigns, ...]
     second: SetSigns | None
     gains: tuple[tuple[tuple[str, ...], float], ...]
     generic_gain: float
@@ -60,6 +63,11 @@ class Signs:
     alone_gain: float = 0.0
     flow_gain: float = 0.0
     flow_fall: float = 0.0
+
+    @property
+    def first(self) -> SetSigns | None:
+        """The single effect that shows most plainly; None where none was tried."""
+        return self.singles[0] if self.singles else None
 
     @property
     def best(self) -> SetSigns:
@@ -76,12 +84,10 @@ class Signs:
     @classmethod
     def from_json(cls, row: dict[str, Any]) -> Signs:
         """The signs that `as_json` wrote."""
-        sets = {
-            key: None if row[key] is None else _set(row[key])
-            for key in ("refit", "first", "second")
-        }
+        sets = {key: None if row[key] is None else _set(row[key]) for key in ("refit", "second")}
+        singles = tuple(_set(one) for one in row["singles"])
         gains = tuple((tuple(names), float(gain)) for names, gain in row["gains"])
-        return cls(**{**row, **sets, "gains": gains})
+        return cls(**{**row, **sets, "singles": singles, "gains": gains})
 
 
 def _set(row: dict[str, Any]) -> SetSigns:
@@ -91,16 +97,19 @@ def _set(row: dict[str, Any]) -> SetSigns:
 def signs(state: Search, found: Unexplained) -> Signs:
     """The signs of a finished search."""
     tried = list(state.tried.values())
-    singles = [candidate for candidate in tried if len(candidate.names) == 1]
+    singles = sorted(
+        (candidate for candidate in tried if len(candidate.names) == 1),
+        key=lambda candidate: _plainness(state, candidate),
+        reverse=True,
+    )
     larger = [candidate for candidate in tried if len(candidate.names) > 1]
-    first = max(singles, key=state.gain, default=None)
-    second = max(larger, key=state.gain, default=None) if first else None
+    second = max(larger, key=state.gain, default=None) if singles else None
     best = state.best or state.refit
     memory = [value for name, value in best.evidence.memory.items() if name[0] == "force"]
     return Signs(
         refit=_signs(state, state.refit, state.refit, found),
-        first=_signs(state, first, state.refit, found) if first else None,
-        second=_signs(state, second, first, found) if first and second else None,
+        singles=tuple(_signs(state, single, state.refit, found) for single in singles),
+        second=_signs(state, second, singles[0], found) if second else None,
         gains=tuple((candidate.names, state.gain(candidate)) for candidate in tried),
         generic_gain=found.generic_gain,
         generic_fall=found.generic_fall,
@@ -111,10 +120,21 @@ def signs(state: Search, found: Unexplained) -> Signs:
     )
 
 
+def _plainness(state: Search, candidate: Candidate) -> tuple[float, float]:
+    """How plainly a single effect shows: what it gains, times the share by which it lowers some
+    group's noise. What trims a long recording by a hundredth gains more than what takes half of a
+    short one away, and is no sign of an effect.
+    """
+    gain = state.gain(candidate)
+    return max(gain, 0.0) * max(state.fall(candidate, state.refit), 0.0), gain
+
+
 def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexplained) -> SetSigns:
     carried, worst = 0.0, 0.0
     if candidate is not before:
-        now, then = (_by_recording(state, c) for c in (candidate, before))
+        new = set(candidate.names) - set(before.names)
+        alone = shown_by_one(state.problem, candidate.fit, new)
+        now, then = (_by_recording(state, c, alone) for c in (candidate, before))
         carried = now.gain_over(then, candidate.evidence)
         worst = max(
             (now.scale[key] / then.scale[key] - 1.0 for key in now.scale if key[0] == "force"),
@@ -142,6 +162,7 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
         flow=max((value for name, value in in_air.items() if name[0] != "force"), default=1.0),
         uneven=candidate.fit.at.edges.unevenness(),
         pressed=max(pressed.values(), default=1.0),
+        late=candidate.fit.at.edges.late_s * min(one.full_rate_hz for one in state.problem.series),
     )
 
 
@@ -167,5 +188,17 @@ def _effects_floor_n(candidate: Candidate, found: Unexplained) -> float:
     )
 
 
-def _by_recording(state: Search, candidate: Candidate) -> Evidence:
-    return of_residual(state.problem, held_out(state.problem, candidate.fit, by_recording=True))
+def _by_recording(state: Search, candidate: Candidate, alone: Set[str]) -> Evidence:
+    """Evidence of recordings that are each predicted from the others. `alone`: recordings that
+    alone show what is judged, of which the others foretell nothing; they are predicted from their
+    own other blocks.
+    """
+    problem, fit = state.problem, candidate.fit
+    left = held_out(problem, fit, by_recording=True)
+    if alone:
+        by_blocks = held_out(problem, fit)
+        for channel, values in left.items():
+            layout = problem.layout[channel]
+            own = np.array([recording in alone for _, recording in layout.names])[layout.group]
+            left[channel] = np.where(own, by_blocks[channel], values)
+    return of_residual(problem, left)

@@ -67,11 +67,14 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     `identified` model, hands its probability to the sets without it. Blocks are drawn anew within
     their recordings: each of a leg's is a motion of its own kind. Names are tried before those that
     end at their bounds are doubted, and again after: what a refused name was given speaks for no
-    law without a name. A line along the stroke that is left by what is believed then does.
+    law without a name. Names that passed beside each other are not tried again without one that is
+    doubted: what it explains would look like their cost. A line along the stroke that is left by
+    what is believed then speaks for what no name covers.
     """
     won, searched = wins(state, recordings_too=False), dict(state.tried)  # trials fit others too
     believed = _tried(state, distribution(signs(state, found), calibration()), won, identified)
-    weights = _tried(state, doubted(searched, believed), won, identified)
+    passed = frozenset(verdict_of(state, believed).chosen.names)
+    weights = _tried(state, doubted(searched, believed), won, identified, passed)
     verdict = verdict_of(state, weights)
     if verdict.kind != "unnamed" and _leaves_a_line(state, verdict.chosen):
         verdict = verdict_of(state, rippled(weights))
@@ -85,10 +88,13 @@ def _tried(
     weights: Mapping[tuple[str, ...], float],
     won: Mapping[Names, float],
     identified: LegModel,
+    passed: Names = frozenset(),
 ) -> Mapping[tuple[str, ...], float]:
-    """The weights once the names of the likeliest set have passed their trials."""
+    """The weights once the names of the likeliest set have passed their trials; `passed`: together
+    before.
+    """
     verdict = verdict_of(state, weights)
-    while verdict.kind == "effect":
+    while verdict.kind == "effect" and not passed.issuperset(verdict.chosen.names):
         failed = _failed(state, verdict.chosen, won, identified)
         if not failed:
             break
@@ -143,19 +149,46 @@ def doubted(
 ) -> dict[tuple[str, ...], float]:
     """The weights with half of each set's given away that holds a name whose numbers end at their
     bounds: the data ask for another law than that name's, which is as likely as it. It goes to the
-    set without such names, or where nothing is left to what no name covers.
+    sets that hold the rest and no such name, as they stand to each other, for what speaks for a
+    second effect does not speak for the first alone; or where nothing is left to what no name
+    covers.
     """
-    out: dict[tuple[str, ...], float] = {}
+    rests = {names: _without_ended(tried, names) for names in weights}
+    out = {names: 0.0 for names in weights}
     for names, weight in weights.items():
-        candidate = tried.get(frozenset(names))
-        ended = at_bounds(candidate.fit) if candidate else {}
-        rest = tuple(name for name in names if name not in ended)
-        if len(rest) < len(names):
-            rest = rest if rest and frozenset(rest) in tried else ("unnamed",)
-            weight *= 0.5
-            out[rest] = out.get(rest, 0.0) + weight
-        out[names] = out.get(names, 0.0) + weight
+        rest = rests[names]
+        if rest == names:
+            out[names] += weight
+            continue
+        out[names] += 0.5 * weight
+        for heir, share in _heirs(tried, weights, rests, rest).items():
+            out[heir] = out.get(heir, 0.0) + 0.5 * weight * share
     return out
+
+
+def _without_ended(tried: Mapping[Names, Candidate], names: tuple[str, ...]) -> tuple[str, ...]:
+    """A set's names without those whose numbers end at their bounds."""
+    candidate = tried.get(frozenset(names))
+    ended = at_bounds(candidate.fit) if candidate else {}
+    return tuple(name for name in names if name not in ended)
+
+
+def _heirs(
+    tried: Mapping[Names, Candidate],
+    weights: Mapping[tuple[str, ...], float],
+    rests: Mapping[tuple[str, ...], tuple[str, ...]],
+    rest: tuple[str, ...],
+) -> dict[tuple[str, ...], float]:
+    """Set -> its share of what a doubted set gives away, whose other names are `rest`."""
+    if not rest or frozenset(rest) not in tried:
+        return {("unnamed",): 1.0}
+    found = {
+        names: weight
+        for names, weight in weights.items()
+        if rests[names] == names and frozenset(rest) <= frozenset(names)
+    }
+    total = sum(found.values())
+    return {names: weight / total for names, weight in found.items()} if total else {rest: 1.0}
 
 
 RIPPLED = 0.8
