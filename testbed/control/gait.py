@@ -264,7 +264,7 @@ class BelievedStart:
     anchors_in_body_m: Array
     """(2, 3) as surveyed."""
     rope_strokes: bool = True
-    """Whether the traction devices pull in strokes; else as winches."""
+    """Whether there are traction devices that pull in strokes; else winches, or no ropes."""
 
     @property
     def legs(self) -> LegKinematics:

@@ -227,11 +227,11 @@ def _electronics(
         "thrust": thrust,
         "chain": _chain(scenario, believed, belief, start.surveyed_directions),
         "expectation": Expectation(expected, start.surveyed_directions),
-        "gait": gait_of(scenario, _believed_start(belief, start, scenario.ropes.strokes), own),
+        "gait": gait_of(scenario, _believed_start(belief, start, scenario), own),
     }
 
 
-def _believed_start(belief: Robot, start: Start, strokes: bool) -> BelievedStart:
+def _believed_start(belief: Robot, start: Start, scenario: Scenario) -> BelievedStart:
     """What people measured of the place and the load before the run, and what control believes of
     the machine.
     """
@@ -242,7 +242,7 @@ def _believed_start(belief: Robot, start: Start, strokes: bool) -> BelievedStart
         rope_tension_n=start.rope_tension_n,
         rope_directions_in_body=start.surveyed_directions @ start.rotation,
         anchors_in_body_m=(start.surveyed_anchors_m - start.position_m) @ start.rotation,
-        rope_strokes=strokes,
+        rope_strokes=scenario.ropes.enabled and scenario.ropes.strokes,
     )
 
 

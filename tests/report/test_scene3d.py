@@ -47,7 +47,7 @@ def test_every_link_hangs_below_its_parent() -> None:
 def test_the_drawn_ground_lies_on_the_slope_and_shows_a_patch() -> None:
     ground = make_ground(load_scenario("stand_slope_45").terrain)
     points, normals, triangles, colours = ground_mesh(
-        ground, [Patch(x_m=0.0, y_m=0.0, radius_m=0.25)], (-1, 1, -1, 1)
+        ground, [Patch(x_m=0.0, y_m=0.0, radius_m=0.25, friction=0.2)], (-1, 1, -1, 1)
     )
     assert points @ ground.normal_in_world == pytest.approx(0.0, abs=1e-12)
     assert normals == pytest.approx(np.tile([-np.sqrt(0.5), 0.0, np.sqrt(0.5)], (len(points), 1)))

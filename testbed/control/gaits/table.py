@@ -186,7 +186,7 @@ def _crawl(task: Crawl, start: BelievedStart) -> CrawlGait:
         Pace(machine, start.robot.linkages.gain_arms(start.joints)),
         RopeHold(start.anchors_in_body_m, attachments, start.rope_tension_n, machine.scale),
         Strokes(
-            traction_parameters(machine, strokes=start.rope_strokes),
+            traction_parameters(machine, strokes=start.rope_strokes, roped=start.rope_strokes),
             machine.rope.stiffness_ea_n,
             machine.scale,
         ),
