@@ -16,6 +16,11 @@ from testbed.scenario.scenario import load_scenario
 from testbed.simulation.run import run_scenario
 
 NAMES = sorted(p.stem for p in resources.folder("scenarios").glob("*.yaml"))
+RUNS = [
+    pytest.param(name, marks=pytest.mark.long if name.startswith("commissioning_") else ())
+    for name in NAMES
+]
+"""Commissioning takes ten simulated minutes; shorter programmes are tested where they are made."""
 
 
 def _summary(folder: Path, name: str, *changes: str) -> dict[str, Any]:
@@ -23,14 +28,14 @@ def _summary(folder: Path, name: str, *changes: str) -> dict[str, Any]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", RUNS)
 @pytest.mark.parametrize("mutated", [False])
 def test_it_ends_as_expected(scenario_runs: Runs, name: str, mutated: bool) -> None:
     assert scenario_runs.unmet(name, mutated) == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", RUNS)
 @pytest.mark.parametrize("mutated", [True])
 def test_its_expectation_fails_under_its_mutation(
     scenario_runs: Runs, name: str, mutated: bool

@@ -86,7 +86,7 @@ def test_a_field_in_the_middle_of_every_record_changes_no_number_of_a_run() -> N
     assert spare["seen"] == plain["seen"] and spare["position"] == plain["position"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_nor_does_it_where_the_kernels_are_compiled() -> None:
     plain, spare = (_run(variant, 20) for variant in ("plain", "spare"))
     assert set(plain["columns"]) < set(spare["columns"])
