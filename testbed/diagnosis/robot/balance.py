@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import Bins
-from testbed.diagnosis.robot.friction import areas, friction, side_coefficient, side_growth
+from testbed.diagnosis.robot.friction import areas, friction, friction_across
 from testbed.diagnosis.robot.held_ropes import HeldRopes
 from testbed.diagnosis.robot.oil import Oil
 from testbed.diagnosis.robot.supply import Supply
@@ -92,20 +92,13 @@ def balance_of(
     machine, n = robot.machine, bins.count
     coulomb, viscous, spread = friction(bins, machine)
     area_a, area_b = areas(machine)
-    less = np.zeros((n, len(AXES)))
-    for at, force_n in (beside or {}).items():
-        less[:, at] = force_n
+    less = _by_cylinder(n, beside or {})
     piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b - less
     rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
     rope_way = np.einsum("rj,njk->nrk", ropes_in_world, rotation)
     hangs = hanging(bins, machine.scale)
     stands = ~np.repeat(hangs, JOINTS_A_LEG, axis=1)  # a foot in the air pushes across no rod
-    axes, stroke_m = machine.axes.values(), robot.linkages.stroke_m
-    coefficient = np.array([side_coefficient(axis) for axis in axes])
-    growth = [side_growth(axis, bins.extension_m[:, i], stroke_m[i]) for i, axis in enumerate(axes)]
-    side = stands * bins.direction * coefficient * np.column_stack(growth)
-    more = np.array([axis.seal.side_load_growth for axis in axes]) / stroke_m
-    growing = stands * bins.direction * coefficient * more * bins.arm_m
+    side, growing = friction_across(bins, robot, stands)
     side_load = np.zeros((n, len(AXES)))
     for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
         force = piston - (bins.direction * coulomb + side * side_load) - viscous
@@ -129,7 +122,7 @@ def balance_of(
         pressure_b_rate=bins.pressure_b_rate,
         area_a_m2=area_a,
         area_b_m2=area_b,
-        stroke_m=stroke_m,
+        stroke_m=robot.linkages.stroke_m,
         coulomb_n=coulomb,
         viscous_n=viscous,
         load_n=np.array([one.load for one in found]),
@@ -153,18 +146,7 @@ def balance_of(
         asked_by_gravity=np.array([robot.model.asked_by_lift(q) for q, _ in _each(bins)]),
         missing_by_joint=_by_joint(robot, measured),
         friction_use=_use(foot_force, frames, machine.scale),
-        oil_by_leak=np.stack([one.by_leak for one in other.oils], axis=1),
-        oil_by_deadband=np.stack([one.by_wide_deadband for one in other.oils], axis=1),
-        oil_by_air=np.stack([one.by_air for one in other.oils], axis=1),
-        oil_by_hose=np.stack([one.by_hose for one in other.oils], axis=1),
-        oil_by_reading=np.stack([one.by_reading for one in other.oils], axis=1),
-        oil_by_lateness=np.stack([one.by_lateness for one in other.oils], axis=1),
-        supply_by_pressure=other.supply.by_pressure,
-        supply_by_flow=other.supply.by_flow,
-        drawn_m3_s=other.supply.drawn_m3_s,
-        shows_ropes=other.ropes.shown,
-        line_hz=other.line_hz,
-        line_n=other.line_n,
+        **other.seen(),
     )
     counted = np.ones((n, 18), dtype=bool)
     counted[:, 6:] = np.repeat(measured.hangs, JOINTS_A_LEG, axis=1)
@@ -172,6 +154,14 @@ def balance_of(
     missing, by_force = (np.array([getattr(one, name) for one in found]) for name in ROWS)
     missing += np.einsum("nri,ni->nr", by_force, less)
     return BodyBalance(seen, missing, by_force, counted, foot_force, spread)
+
+
+def _by_cylinder(bins: int, forces_n: Mapping[int, Array]) -> Array:
+    """Forces of some cylinders as those of all (n, 12), N."""
+    out = np.zeros((bins, len(AXES)))
+    for at, force_n in forces_n.items():
+        out[:, at] = force_n
+    return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,6 +176,29 @@ class OtherSigns:
     line_n: Array
     """Amplitude of what is surely a line, else 0."""
     ropes: HeldRopes = field(default_factory=HeldRopes.none)
+
+    def seen(self) -> dict[str, Any]:
+        """By field of RobotSeen; of oil (n, 12)."""
+        of_oil = {
+            "oil_by_leak": "by_leak",
+            "oil_by_deadband": "by_wide_deadband",
+            "oil_by_air": "by_air",
+            "oil_by_hose": "by_hose",
+            "oil_by_reading": "by_reading",
+            "oil_by_lateness": "by_lateness",
+        }
+        return {
+            **{
+                name: np.stack([getattr(oil, column) for oil in self.oils], axis=1)
+                for name, column in of_oil.items()
+            },
+            "supply_by_pressure": self.supply.by_pressure,
+            "supply_by_flow": self.supply.by_flow,
+            "drawn_m3_s": self.supply.drawn_m3_s,
+            "shows_ropes": self.ropes.shown,
+            "line_hz": self.line_hz,
+            "line_n": self.line_n,
+        }
 
 
 ROWS = ("missing", "by_force")

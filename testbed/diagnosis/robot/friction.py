@@ -11,6 +11,7 @@ from testbed.estimation.cylinder import friction_terms
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
+from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
 
@@ -56,3 +57,15 @@ def side_growth(axis: Axis, extension_m: Array, stroke_m: float) -> Array:
     out overhangs by more.
     """
     return np.asarray(1.0 + axis.seal.side_load_growth * (extension_m / stroke_m - 0.5))
+
+
+def friction_across(bins: Bins, robot: Robot, stands: npt.NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Friction of every piston by a force of 1 N across its rod, and how that grows with the joint,
+    both (n, 12); stands (n, 12): whether its leg carries.
+    """
+    axes, stroke_m = robot.machine.axes.values(), robot.linkages.stroke_m
+    coefficient = np.array([side_coefficient(axis) for axis in axes])
+    growth = [side_growth(axis, bins.extension_m[:, i], stroke_m[i]) for i, axis in enumerate(axes)]
+    level = stands * bins.direction * coefficient
+    more = np.array([axis.seal.side_load_growth for axis in axes]) / stroke_m
+    return level * np.column_stack(growth), level * more * bins.arm_m
