@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from testbed.control.gait import Measured
+from testbed.control.gaits.crawl.known_ground import ExpectedGround
 from testbed.control.gaits.crawl.posture import LEVEL_GAIN_1_S, Levelling
 from testbed.control.gaits.crawl.swing import BASE_TIME_S, STEADY_S, GroundSearch
 
@@ -20,15 +21,18 @@ def test_the_ground_is_sought_in_proportion_to_what_the_feet_carry() -> None:
     flat, steep, wall = (
         GroundSearch(4e4 * math.cos(a), math.cos(a), 0.1) for a in np.radians([0.0, 60.0, 89.0])
     )
-    assert flat.speed_m_s(0.0, 0.0) == pytest.approx(0.06)
-    assert steep.speed_m_s(0.0, 0.0) == pytest.approx(0.03)
-    assert wall.speed_m_s(0.0, 0.0) == 0.01
-    assert steep.speed_m_s(0.061, 0.0, 1.5) == 1.5 * steep.speed_m_s(0.061, 0.0)
-    assert steep.speed_m_s(0.0, 0.0, 1.5) == steep.speed_m_s(0.0, 0.0), "a touch is as soft"
-    assert steep.speed_m_s(0.061, 0.0) == pytest.approx(0.08 * math.sqrt(0.5)), (
-        "half of the ground's steps above"
+    rough = ExpectedGround(height_m=0.0, steps_m=0.1)
+    assert flat.speed_m_s(0.0, rough) == pytest.approx(0.06)
+    assert steep.speed_m_s(0.0, rough) == pytest.approx(0.03)
+    assert wall.speed_m_s(0.0, rough) == 0.01
+    assert steep.speed_m_s(0.061, rough, 1.5) == 1.5 * steep.speed_m_s(0.061, rough)
+    assert steep.speed_m_s(0.0, rough, 1.5) == steep.speed_m_s(0.0, rough), "a touch is as soft"
+    assert steep.speed_m_s(0.061, rough) == pytest.approx(0.08 * math.sqrt(0.5)), (
+        "half of what the ground may lie higher"
     )
-    assert steep.lowest_m(-0.4) == pytest.approx(-0.56)
+    known = ExpectedGround(height_m=-0.4, steps_m=0.02)
+    assert steep.first_m(known) == pytest.approx(-0.37)
+    assert steep.lowest_m(known) == pytest.approx(-0.56), "all of the ground's steps below"
 
 
 def test_a_touch_is_a_rise_above_what_the_foot_weighed_in_the_air() -> None:

@@ -325,13 +325,15 @@ class CrawlGait:
         enough.
         """
         if load_n < SEATED_SHARE * self._ground.touch_n:
-            lowest = self._ground.lowest_m(phase.old_m)
+            lowest = self._ground.lowest_m(phase.ground)
             if phase.tries < SEARCHES and self._feet[phase.leg, 2] > lowest:
-                self._queue[:0] = self._plan.search_phases(phase.leg, phase.old_m, phase.tries + 1)
+                self._queue[:0] = self._plan.search_phases(phase.leg, phase.ground, phase.tries + 1)
                 self._ground.begin(load_n)
                 return True
             if self._clock < LAST_SEAT * SEAT_S:
                 return False
+        elif self._plan.manner.prints:
+            self._plan.known.stood(self._feet[phase.leg])
         self.steps_done += 1
         return True
 
@@ -349,18 +351,17 @@ class CrawlGait:
             return self._touch(leg, measured)
         # The search takes over at its own speed: a foot that stopped and set off again would turn
         # its friction over.
-        height, old_m = float(self._feet[leg, 2]), float(phase.swing.end[2]) - self._ground.above_m
-        haste = self._plan.manner.far_haste
-        slow = before - height < self._ground.speed_m_s(height, old_m, haste) * dt
+        height, haste = float(self._feet[leg, 2]), self._plan.manner.far_haste
+        slow = before - height < self._ground.speed_m_s(height, phase.ground, haste) * dt
         return share >= 1.0 or (share > phase.swing.arrival and slow)
 
     def _search(self, phase: Phase, dt: float, measured: Measured) -> bool:
         """Lower the foot until its load rises, or as far as the search goes."""
         leg, ground = phase.leg, self._ground
         height, haste = float(self._feet[leg, 2]), self._plan.manner.far_haste
-        self._feet[leg, 2] -= ground.speed_m_s(height, phase.old_m, haste) * dt
+        self._feet[leg, 2] -= ground.speed_m_s(height, phase.ground, haste) * dt
         met = ground.met(float(measured.load[leg]), self._clock, dt)
-        if met or self._feet[leg, 2] <= ground.lowest_m(phase.old_m):
+        if met or self._feet[leg, 2] <= ground.lowest_m(phase.ground):
             return self._touch(leg, measured)
         return False
 

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from testbed.control.gaits.crawl.known_ground import ExpectedGround
 from testbed.control.gaits.crawl.pace import RAMP, SWING_RAMP, Pace, progress
 from testbed.formats.arrays import Array
 from testbed.machine.names import ROTATION, VERTICAL
@@ -38,15 +39,15 @@ SEARCH_M_S = 0.06
 until the touch is known, the leg goes on into 10 MN/m of oil and ground, and too hard a touch lifts
 the feet beside it."""
 FAR_SEARCH_M_S = 0.08
-"""The same while the foot is still far above its old foothold, slower with the root of what the
+"""The same while the foot is still far above the expected ground, slower with the root of what the
 feet carry (E).
 """
 FAR_SHARE = 0.5
-"""Far is further up than this share of the ground's steps: ground so high is rare (E)."""
+"""Far is further up than this share of what the ground may lie higher: that is rare (E)."""
 SEARCH_ABOVE_M = 0.010
-"""The search begins this far above the old foothold, besides the ground's steps (E)."""
+"""The search begins this far above the expected ground, besides what it may lie higher (E)."""
 SEARCH_BELOW_M = 0.06
-"""The search ends this far below the old foothold, besides the ground's steps (E)."""
+"""The search ends this far below the expected ground, besides the ground's steps (E)."""
 BASE_TIME_S = 0.15
 """Time constant with which the load of a foot in the air is learnt."""
 STEADY_S = 0.2
@@ -56,9 +57,7 @@ rise counts.
 
 
 class GroundSearch:
-    """One foot's search at a time. Heights are of the path frame, m; `old_m` is that of the foot's
-    last foothold.
-    """
+    """One foot's search at a time. Heights are of the path frame, m."""
 
     def __init__(
         self, carried_n: float, lightness: float, ground_steps_m: float, scale: Scale = ROBOCLIMBER
@@ -70,22 +69,24 @@ class GroundSearch:
         least_n = scale.force * LEAST_TOUCH_N
         self.touch_n = min(max(TOUCH_SHARE * carried_n, least_n), self._surely_n)
         """Rise of the load that tells a touch."""
-        self.above_m = scale.length * SEARCH_ABOVE_M + ground_steps_m
-        """How far above the old foothold a search begins."""
-        self._far_m = scale.length * SEARCH_ABOVE_M + FAR_SHARE * ground_steps_m
+        self._above_m = scale.length * SEARCH_ABOVE_M
         self._below_m = scale.length * SEARCH_BELOW_M + ground_steps_m
         self._near_m_s = scale.speed * max(SEARCH_M_S * lightness, SLOWEST_SEARCH_M_S)
         self._far_m_s = max(scale.speed * FAR_SEARCH_M_S * lightness**0.5, self._near_m_s)
         self._base_n = 0.0
 
-    def speed_m_s(self, height_m: float, old_m: float, far_haste: float = 1.0) -> float:
+    def first_m(self, ground: ExpectedGround) -> float:
+        """Where the search begins."""
+        return ground.height_m + (self._above_m + ground.steps_m)
+
+    def speed_m_s(self, height_m: float, ground: ExpectedGround, far_haste: float = 1.0) -> float:
         """How fast the foot may come down at a height; far_haste: see GaitStyle."""
-        far = height_m > old_m + self._far_m
+        far = height_m > ground.height_m + (self._above_m + FAR_SHARE * ground.steps_m)
         return far_haste * self._far_m_s if far else self._near_m_s
 
-    def lowest_m(self, old_m: float) -> float:
+    def lowest_m(self, ground: ExpectedGround) -> float:
         """Where the search ends."""
-        return old_m - self._below_m
+        return ground.height_m - self._below_m
 
     def begin(self, load_n: float) -> None:
         """The foot is in the air: what is estimated now is its load without ground."""
@@ -236,6 +237,10 @@ class BodyWay:
         )
 
 
+NO_GROUND = ExpectedGround(0.0, 0.0)
+"""Of phases that seek none."""
+
+
 @dataclass
 class Phase:
     """One piece of the walk."""
@@ -246,7 +251,7 @@ class Phase:
     way: BodyWay | None = None
     """The way that the body sets off on when the phase begins; None: it goes on as it was."""
     swing: Swing | None = None
-    old_m: float = 0.0
-    """Height of the old foothold, path frame: a search begins above it and ends below it."""
+    ground: ExpectedGround = NO_GROUND
+    """What a swing and a search expect: they begin to seek it above, and give up below."""
     tries: int = 1
     """Which search for this foothold it is, or was before this seat."""

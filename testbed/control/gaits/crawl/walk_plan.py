@@ -4,11 +4,12 @@ machine's speed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from testbed.control.gaits.crawl.footholds import Footholds, Swings
+from testbed.control.gaits.crawl.known_ground import ExpectedGround, KnownGround
 from testbed.control.gaits.crawl.pace import RAMP, SWING_RAMP, Pace, progress
 from testbed.control.gaits.crawl.rope_hold import THREE_FEET, RopeHold
 from testbed.control.gaits.crawl.swing import CLEAR, Activity, BodyWay, GroundSearch, Phase, Swing
@@ -78,7 +79,9 @@ class GaitStyle:
     three_feet: float = THREE_FEET
     """On three feet tensions may differ from what is wanted by so much of what they usually may."""
     far_haste: float = 1.0
-    """Far above its old foothold a foot seeks the ground so many times as fast as usual."""
+    """Far above the expected ground a foot seeks it so many times as fast as usual."""
+    prints: bool = False
+    """Whether a foot steps where another one has stood, and expects the ground there."""
     strokes: bool = False
     """Whether the body rests while a traction device goes back, and what a device owes is not asked
     of it again.
@@ -102,6 +105,7 @@ STYLES = {
         swing_ramp=0.14,
         creep_ease=1.1,
         strokes=True,
+        prints=True,
         ramp=0.06,
         three_feet=0.7,
         far_haste=1.5,
@@ -134,6 +138,8 @@ class WalkPlan:
         """Offset (3): how far the feet's common load lies off their middle at the start, m."""
         self._task, self._footholds, self._pace = task, footholds, pace
         self._ropes, self._ground, self._offset = ropes, ground, offset
+        self.known = KnownGround(task.ground_steps_m)
+        """Where feet have stood."""
         heading = np.radians(task.heading_deg)
         self.ahead = np.array([np.cos(heading), np.sin(heading), 0.0])
         """(3) unit vector of the direction of travel."""
@@ -206,11 +212,11 @@ class WalkPlan:
                     raise
         raise AssertionError("the last wait returns or raises")
 
-    def search_phases(self, leg: int, old_m: float, tries: int) -> list[Phase]:
+    def search_phases(self, leg: int, ground: ExpectedGround, tries: int) -> list[Phase]:
         """Search for the ground and seat the foot."""
         return [
-            Phase(Activity.SEARCH, np.inf, leg, old_m=old_m, tries=tries),
-            Phase(Activity.SEAT, self.manner.seat_s, leg, old_m=old_m, tries=tries),
+            Phase(Activity.SEARCH, np.inf, leg, ground=ground, tries=tries),
+            Phase(Activity.SEAT, self.manner.seat_s, leg, ground=ground, tries=tries),
         ]
 
     def _group(self, group: list[int], feet: Array, body: Array, middle: Array) -> list[Phase]:
@@ -238,12 +244,12 @@ class WalkPlan:
         further = (along_m + part_m - 0.5 * creep_m - start_m) * self.ahead
         tensions, directions = self._ropes.wanted_n(body), self._ropes.directions(body)
         swings = Swings(self._side(group), feet, places, further, creep, tensions, directions)
-        goal, margin = self._goal(start, swings)
+        swings, (goal, margin) = self._onto_prints(start, swings)
         self.margins_n.append(margin)
         self._reached_m = along_m + 0.5 * creep_m
         phases = [self._shift(feet, body, goal)]
         feet, each = feet.copy(), creep / size
-        for index, (leg, place) in enumerate(places):
+        for index, (leg, place) in enumerate(swings.footholds):
             phases += self._swing_phases(leg, place, goal + index * each, each, feet)
             feet[leg] = place
         if creep.any():
@@ -276,6 +282,21 @@ class WalkPlan:
         """0 on a steep slope to 1 on a gentle one."""
         share = (self._footholds.lightness - STEEP) / (GENTLE - STEEP)
         return min(max(share, 0.0), 1.0)
+
+    def _onto_prints(self, middle: Array, swings: Swings) -> tuple[Swings, tuple[Array, float]]:
+        """The swings, onto footprints where that is within reach, and where the body goes for them
+        (see _goal).
+        """
+        stride_m = self.stride.length_m
+        onto = [
+            (leg, self.known.onto_print(place, self.ahead, stride_m))
+            for leg, place in swings.footholds
+        ]
+        try:
+            stepped = replace(swings, footholds=onto)
+            return stepped, self._goal(middle, stepped)
+        except InputError:
+            return swings, self._goal(middle, swings)
 
     def _goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:
         """Where the body goes for the next swings, and its margin, N.
@@ -356,7 +377,8 @@ class WalkPlan:
         meanwhile.
         """
         start = feet[leg].copy()
-        above = place + np.array([0.0, 0.0, self._ground.above_m])
+        ground = self.known.expected(place, self.ahead, self.stride.length_m)
+        above = np.array([place[0], place[1], self._ground.first_m(ground)])
         high = max(float(start[2]), float(above[2])) + self.stride.swing_height_m
         legs = self._footholds.legs
         clear, ramp = self.manner.clear, self.manner.swing_ramp
@@ -364,8 +386,8 @@ class WalkPlan:
         swing = self.timed(way, feet)
         return [
             Phase(Activity.UNLOAD, UNLOAD_S, leg),
-            Phase(Activity.SWING, swing.duration_s, leg, swing=swing),
-            *self.search_phases(leg, float(place[2]), 1),
+            Phase(Activity.SWING, swing.duration_s, leg, swing=swing, ground=ground),
+            *self.search_phases(leg, ground, 1),
         ]
 
     def timed(self, swing: Swing, feet: Array) -> Swing:

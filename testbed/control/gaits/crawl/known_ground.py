@@ -1,0 +1,76 @@
+"""What a walk knows of the ground ahead: where one foot has stood, another may step.
+
+On a straight way the rear feet follow the front ones. What a front foot has found tells where a
+rear one will meet the ground, so it need not be lifted over steps nor seek the ground as if nobody
+had been there. Places and heights are of the path frame, m.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.formats.arrays import Array
+
+PRINT_SHARE = 0.25
+"""A foot is put down by up to this share of its stride beside its place, where a footprint is
+(E).
+"""
+PRINT_WIDTH_M = 0.1
+"""A footprint further than this from a foot's own track says nothing of the ground there (E)."""
+
+
+@dataclass(frozen=True)
+class ExpectedGround:
+    """What is expected of the ground at a foot's next place."""
+
+    height_m: float
+    """Where it is sought."""
+    steps_m: float
+    """It may lie so much higher."""
+
+
+class KnownGround:
+    """Footprints of a walk: places (3) at which feet have carried, the last one last."""
+
+    def __init__(self, ground_steps_m: float) -> None:
+        """ground_steps_m: largest step of the ground between footholds a stride apart; with 0 every
+        foothold is as high as the one before, and footprints tell nothing new.
+        """
+        self._steps_m = ground_steps_m
+        self._prints = np.zeros((0, 3))
+
+    def stood(self, foot: Array) -> None:
+        """A foot has carried at `foot` (3)."""
+        self._prints = np.vstack([self._prints, foot])
+
+    def onto_print(self, place: Array, ahead: Array, stride_m: float) -> Array:
+        """The place (3) at which to put down a foot that is meant for `place` (3): the nearest
+        footprint along its way, `ahead` (3, unit vector), where there is one close by.
+        """
+        along_m = self._track(place, ahead)[0]
+        if self._steps_m == 0.0 or not along_m.size:
+            return place
+        nearest_m = float(along_m[np.argmin(np.abs(along_m))])
+        return place + nearest_m * ahead if abs(nearest_m) <= PRINT_SHARE * stride_m else place
+
+    def expected(self, place: Array, ahead: Array, stride_m: float) -> ExpectedGround:
+        """The ground at `place` (3), whose height is that of the foot's last foothold: by the
+        footprints before and behind it where one is nearer than a stride, else the same again.
+        """
+        along_m, heights_m = self._track(place, ahead)
+        nearest_m = float(np.abs(along_m).min()) if along_m.size else stride_m
+        if self._steps_m == 0.0 or nearest_m >= stride_m:
+            return ExpectedGround(float(place[2]), self._steps_m)
+        height_m = float(np.interp(0.0, along_m, heights_m))
+        return ExpectedGround(height_m, self._steps_m * nearest_m / stride_m)
+
+    def _track(self, place: Array, ahead: Array) -> tuple[Array, Array]:
+        """How far ahead of `place` the footprints on its track lie, rising, and their heights."""
+        away = self._prints - place
+        along_m = away @ ahead
+        beside_m = np.hypot(*(away - along_m[:, None] * ahead)[:, :2].T)
+        near = np.flatnonzero(beside_m <= PRINT_WIDTH_M)
+        near = near[np.argsort(along_m[near], kind="stable")]
+        return np.asarray(along_m[near]), np.asarray(self._prints[near, 2])

@@ -1,0 +1,53 @@
+"""Footprints tell where the ground is met, by numbers worked out by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from testbed.control.gaits.crawl.known_ground import KnownGround
+
+AHEAD, LEFT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+STEPS_M, STRIDE_M = 0.1, 0.4
+
+
+@pytest.fixture
+def known() -> KnownGround:
+    """Rock with two footprints, 0.4 m apart on the left track."""
+    ground = KnownGround(STEPS_M)
+    ground.stood(np.array([2.0, 1.0, -0.35]))
+    ground.stood(np.array([1.6, 1.0, -0.45]))
+    return ground
+
+
+def test_ground_where_nobody_stood_may_lie_higher_by_all_of_its_steps(known: KnownGround) -> None:
+    for place in ([1.7, -1.0, -0.4], [2.5, 1.0, -0.4], [1.1, 1.0, -0.4]):
+        found = known.expected(np.array(place), AHEAD, STRIDE_M)
+        assert (found.height_m, found.steps_m) == (-0.4, STEPS_M)
+
+
+def test_between_footprints_it_lies_between_them_and_is_the_surer_the_nearer(
+    known: KnownGround,
+) -> None:
+    on = known.expected(np.array([1.6, 1.0, 0.0]), AHEAD, STRIDE_M)
+    assert (on.height_m, on.steps_m) == (-0.45, 0.0)
+    beside = known.expected(np.array([1.7, 1.0, 0.0]), AHEAD, STRIDE_M)
+    assert beside.height_m == pytest.approx(-0.425)
+    assert beside.steps_m == pytest.approx(STEPS_M * 0.1 / 0.4)
+
+
+def test_a_foot_steps_onto_the_footprint_that_is_close_along_its_way(known: KnownGround) -> None:
+    place = np.array([1.68, 1.02, -0.4])
+    np.testing.assert_allclose(known.onto_print(place, AHEAD, STRIDE_M), [1.60, 1.02, -0.4])
+    far = np.array([1.8, 1.0, -0.4])
+    assert known.onto_print(far, AHEAD, STRIDE_M) is far
+    np.testing.assert_allclose(known.onto_print(np.array([1.6, 0.95, 0.0]), LEFT, 0.4)[1], 1.0)
+
+
+def test_on_a_plane_footprints_change_nothing() -> None:
+    plane = KnownGround(0.0)
+    plane.stood(np.array([1.6, 1.0, -0.45]))
+    place = np.array([1.62, 1.0, -0.4])
+    assert plane.onto_print(place, AHEAD, STRIDE_M) is place
+    found = plane.expected(place, AHEAD, STRIDE_M)
+    assert (found.height_m, found.steps_m) == (-0.4, 0.0)
