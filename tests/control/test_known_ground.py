@@ -7,7 +7,7 @@ import pytest
 
 from testbed.control.gaits.crawl.known_ground import KnownGround
 
-AHEAD, LEFT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+AHEAD = np.array([1.0, 0.0, 0.0])
 STEPS_M, STRIDE_M = 0.1, 0.4
 
 
@@ -36,18 +36,15 @@ def test_between_footprints_it_lies_between_them_and_is_the_surer_the_nearer(
     assert beside.steps_m == pytest.approx(STEPS_M * 0.1 / 0.4)
 
 
-def test_a_foot_steps_onto_the_footprint_that_is_close_along_its_way(known: KnownGround) -> None:
-    place = np.array([1.68, 1.02, -0.4])
-    np.testing.assert_allclose(known.onto_print(place, AHEAD, STRIDE_M), [1.60, 1.02, -0.4])
-    far = np.array([1.8, 1.0, -0.4])
-    assert known.onto_print(far, AHEAD, STRIDE_M) is far
-    np.testing.assert_allclose(known.onto_print(np.array([1.6, 0.95, 0.0]), LEFT, 0.4)[1], 1.0)
-
-
 def test_on_a_plane_footprints_change_nothing() -> None:
     plane = KnownGround(0.0)
     plane.stood(np.array([1.6, 1.0, -0.45]))
     place = np.array([1.62, 1.0, -0.4])
-    assert plane.onto_print(place, AHEAD, STRIDE_M) is place
     found = plane.expected(place, AHEAD, STRIDE_M)
     assert (found.height_m, found.steps_m) == (-0.4, 0.0)
+
+
+def test_a_way_to_the_left_has_tracks_of_its_own(known: KnownGround) -> None:
+    left = known.expected(np.array([1.6, 0.9, 0.0]), np.array([0.0, 1.0, 0.0]), STRIDE_M)
+    assert left.height_m == -0.45
+    assert left.steps_m == pytest.approx(STEPS_M * 0.1 / 0.4)

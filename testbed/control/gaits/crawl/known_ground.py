@@ -1,4 +1,4 @@
-"""What a walk knows of the ground ahead: where one foot has stood, another may step.
+"""What a walk knows of the ground ahead: where one foot has stood, another one follows.
 
 On a straight way the rear feet follow the front ones. What a front foot has found tells where a
 rear one will meet the ground, so it need not be lifted over steps nor seek the ground as if nobody
@@ -13,10 +13,6 @@ import numpy as np
 
 from testbed.formats.arrays import Array
 
-PRINT_SHARE = 0.25
-"""A foot is put down by up to this share of its stride beside its place, where a footprint is
-(E).
-"""
 PRINT_WIDTH_M = 0.1
 """A footprint further than this from a foot's own track says nothing of the ground there (E)."""
 
@@ -44,16 +40,6 @@ class KnownGround:
     def stood(self, foot: Array) -> None:
         """A foot has carried at `foot` (3)."""
         self._prints = np.vstack([self._prints, foot])
-
-    def onto_print(self, place: Array, ahead: Array, stride_m: float) -> Array:
-        """The place (3) at which to put down a foot that is meant for `place` (3): the nearest
-        footprint along its way, `ahead` (3, unit vector), where there is one close by.
-        """
-        along_m = self._track(place, ahead)[0]
-        if self._steps_m == 0.0 or not along_m.size:
-            return place
-        nearest_m = float(along_m[np.argmin(np.abs(along_m))])
-        return place + nearest_m * ahead if abs(nearest_m) <= PRINT_SHARE * stride_m else place
 
     def expected(self, place: Array, ahead: Array, stride_m: float) -> ExpectedGround:
         """The ground at `place` (3), whose height is that of the foot's last foothold: by the

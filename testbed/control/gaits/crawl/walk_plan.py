@@ -4,7 +4,7 @@ machine's speed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -81,7 +81,7 @@ class GaitStyle:
     far_haste: float = 1.0
     """Far above the expected ground a foot seeks it so many times as fast as usual."""
     prints: bool = False
-    """Whether a foot steps where another one has stood, and expects the ground there."""
+    """Whether a foot expects the ground where other feet have found it."""
     strokes: bool = False
     """Whether the body rests while a traction device goes back, and what a device owes is not asked
     of it again.
@@ -244,12 +244,12 @@ class WalkPlan:
         further = (along_m + part_m - 0.5 * creep_m - start_m) * self.ahead
         tensions, directions = self._ropes.wanted_n(body), self._ropes.directions(body)
         swings = Swings(self._side(group), feet, places, further, creep, tensions, directions)
-        swings, (goal, margin) = self._onto_prints(start, swings)
+        goal, margin = self._goal(start, swings)
         self.margins_n.append(margin)
         self._reached_m = along_m + 0.5 * creep_m
         phases = [self._shift(feet, body, goal)]
         feet, each = feet.copy(), creep / size
-        for index, (leg, place) in enumerate(swings.footholds):
+        for index, (leg, place) in enumerate(places):
             phases += self._swing_phases(leg, place, goal + index * each, each, feet)
             feet[leg] = place
         if creep.any():
@@ -282,21 +282,6 @@ class WalkPlan:
         """0 on a steep slope to 1 on a gentle one."""
         share = (self._footholds.lightness - STEEP) / (GENTLE - STEEP)
         return min(max(share, 0.0), 1.0)
-
-    def _onto_prints(self, middle: Array, swings: Swings) -> tuple[Swings, tuple[Array, float]]:
-        """The swings, onto footprints where that is within reach, and where the body goes for them
-        (see _goal).
-        """
-        stride_m = self.stride.length_m
-        onto = [
-            (leg, self.known.onto_print(place, self.ahead, stride_m))
-            for leg, place in swings.footholds
-        ]
-        try:
-            stepped = replace(swings, footholds=onto)
-            return stepped, self._goal(middle, stepped)
-        except InputError:
-            return swings, self._goal(middle, swings)
 
     def _goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:
         """Where the body goes for the next swings, and its margin, N.
