@@ -31,9 +31,12 @@ def test_between_footprints_it_lies_between_them_and_is_the_surer_the_nearer(
 ) -> None:
     on = known.expected(np.array([1.6, 1.0, 0.0]), AHEAD, STRIDE_M)
     assert (on.height_m, on.steps_m) == (-0.45, 0.0)
-    beside = known.expected(np.array([1.7, 1.0, 0.0]), AHEAD, STRIDE_M)
-    assert beside.height_m == pytest.approx(-0.425)
-    assert beside.steps_m == pytest.approx(STEPS_M * 0.1 / 0.4)
+    between = known.expected(np.array([1.7, 1.0, 0.0]), AHEAD, STRIDE_M)
+    assert between.height_m == pytest.approx(-0.425)
+    assert between.steps_m == pytest.approx(STEPS_M * 0.1 / 0.4)
+    beside = known.expected(np.array([1.64, 1.03, 0.0]), AHEAD, STRIDE_M)
+    assert beside.height_m == pytest.approx(-0.44)
+    assert beside.steps_m == pytest.approx(STEPS_M * 0.05 / 0.4), "3 and 4 make 5"
 
 
 def test_on_a_plane_footprints_change_nothing() -> None:

@@ -45,18 +45,12 @@ class KnownGround:
         """The ground at `place` (3), whose height is that of the foot's last foothold: by the
         footprints before and behind it where one is nearer than a stride, else the same again.
         """
-        along_m, heights_m = self._track(place, ahead)
-        nearest_m = float(np.abs(along_m).min()) if along_m.size else stride_m
+        away = (self._prints - place)[:, :2]
+        along_m, beside_m = away @ ahead[:2], np.abs(away @ [-ahead[1], ahead[0]])
+        track = np.flatnonzero(beside_m <= PRINT_WIDTH_M)
+        track = track[np.argsort(along_m[track], kind="stable")]
+        nearest_m = float(np.hypot(*away[track].T).min(initial=stride_m))
         if self._steps_m == 0.0 or nearest_m >= stride_m:
             return ExpectedGround(float(place[2]), self._steps_m)
-        height_m = float(np.interp(0.0, along_m, heights_m))
+        height_m = float(np.interp(0.0, along_m[track], self._prints[track, 2]))
         return ExpectedGround(height_m, self._steps_m * nearest_m / stride_m)
-
-    def _track(self, place: Array, ahead: Array) -> tuple[Array, Array]:
-        """How far ahead of `place` the footprints on its track lie, rising, and their heights."""
-        away = self._prints - place
-        along_m = away @ ahead
-        beside_m = np.hypot(*(away - along_m[:, None] * ahead)[:, :2].T)
-        near = np.flatnonzero(beside_m <= PRINT_WIDTH_M)
-        near = near[np.argsort(along_m[near], kind="stable")]
-        return np.asarray(along_m[near]), np.asarray(self._prints[near, 2])
