@@ -10,7 +10,7 @@ import pytest
 from testbed.control.gait import Measured
 from testbed.control.gaits.crawl.known_ground import ExpectedGround
 from testbed.control.gaits.crawl.posture import LEVEL_GAIN_1_S, Levelling
-from testbed.control.gaits.crawl.swing import BASE_TIME_S, STEADY_S, GroundSearch
+from testbed.control.gaits.crawl.swing import BASE_TIME_S, STEADY_S, GroundSearch, Haste
 
 DT = 0.01
 EVEN, STAND = [7000.0] * 4, (True, True, True, True)
@@ -21,14 +21,18 @@ def test_the_ground_is_sought_in_proportion_to_what_the_feet_carry() -> None:
     flat, steep, wall = (
         GroundSearch(4e4 * math.cos(a), math.cos(a), 0.1) for a in np.radians([0.0, 60.0, 89.0])
     )
-    rough = ExpectedGround(height_m=0.0, steps_m=0.1)
-    assert flat.speed_m_s(0.0, rough) == pytest.approx(0.06)
-    assert steep.speed_m_s(0.0, rough) == pytest.approx(0.03)
-    assert wall.speed_m_s(0.0, rough) == 0.01
-    assert steep.speed_m_s(0.061, rough, 1.5) == 1.5 * steep.speed_m_s(0.061, rough)
-    assert steep.speed_m_s(0.0, rough, 1.5) == steep.speed_m_s(0.0, rough), "a touch is as soft"
-    assert steep.speed_m_s(0.061, rough) == pytest.approx(0.08 * math.sqrt(0.5)), (
+    rough, plane, usual = ExpectedGround(0.0, 0.1), ExpectedGround(0.0, 0.0), Haste()
+    assert flat.speed_m_s(0.0, rough, usual) == pytest.approx(0.06)
+    assert steep.speed_m_s(0.0, rough, usual) == pytest.approx(0.03)
+    assert wall.speed_m_s(0.0, rough, usual) == 0.01
+    assert steep.speed_m_s(0.061, rough, usual) == pytest.approx(0.08 * math.sqrt(0.5)), (
         "half of what the ground may lie higher"
+    )
+    hasty = Haste(near=2.0, far=1.5)
+    assert steep.speed_m_s(0.061, rough, hasty) == 1.5 * steep.speed_m_s(0.061, rough, usual)
+    assert steep.speed_m_s(0.0, rough, hasty) == 2.0 * steep.speed_m_s(0.0, rough, usual)
+    assert steep.speed_m_s(0.0, plane, hasty) == steep.speed_m_s(0.0, plane, usual), (
+        "where it is met at once a touch is as soft"
     )
     known = ExpectedGround(height_m=-0.4, steps_m=0.02)
     assert steep.first_m(known) == pytest.approx(-0.37)

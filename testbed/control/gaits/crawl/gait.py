@@ -351,15 +351,16 @@ class CrawlGait:
             return self._touch(leg, measured)
         # The search takes over at its own speed: a foot that stopped and set off again would turn
         # its friction over.
-        height, haste = float(self._feet[leg, 2]), self._plan.manner.far_haste
-        slow = before - height < self._ground.speed_m_s(height, phase.ground, haste) * dt
+        height = float(self._feet[leg, 2])
+        speed_m_s = self._ground.speed_m_s(height, phase.ground, self._plan.search)
+        slow = before - height < speed_m_s * dt
         return share >= 1.0 or (share > phase.swing.arrival and slow)
 
     def _search(self, phase: Phase, dt: float, measured: Measured) -> bool:
         """Lower the foot until its load rises, or as far as the search goes."""
         leg, ground = phase.leg, self._ground
-        height, haste = float(self._feet[leg, 2]), self._plan.manner.far_haste
-        self._feet[leg, 2] -= ground.speed_m_s(height, phase.ground, haste) * dt
+        height = float(self._feet[leg, 2])
+        self._feet[leg, 2] -= ground.speed_m_s(height, phase.ground, self._plan.search) * dt
         met = ground.met(float(measured.load[leg]), self._clock, dt)
         if met or self._feet[leg, 2] <= ground.lowest_m(phase.ground):
             return self._touch(leg, measured)

@@ -56,6 +56,18 @@ rise counts.
 """
 
 
+@dataclass(frozen=True)
+class Haste:
+    """So many times as fast as usual the ground is sought."""
+
+    near: float = 1.0
+    """Where it may be met, if it may lie higher than expected: before it is, friction has turned
+    over in the leg, and a smaller rise of the load tells the touch.
+    """
+    far: float = 1.0
+    """Far above the expected ground."""
+
+
 class GroundSearch:
     """One foot's search at a time. Heights are of the path frame, m."""
 
@@ -79,10 +91,11 @@ class GroundSearch:
         """Where the search begins."""
         return ground.height_m + (self._above_m + ground.steps_m)
 
-    def speed_m_s(self, height_m: float, ground: ExpectedGround, far_haste: float = 1.0) -> float:
-        """How fast the foot may come down at a height; far_haste: see GaitStyle."""
-        far = height_m > ground.height_m + (self._above_m + FAR_SHARE * ground.steps_m)
-        return far_haste * self._far_m_s if far else self._near_m_s
+    def speed_m_s(self, height_m: float, ground: ExpectedGround, haste: Haste) -> float:
+        """How fast the foot may come down at a height."""
+        if height_m > ground.height_m + (self._above_m + FAR_SHARE * ground.steps_m):
+            return haste.far * self._far_m_s
+        return haste.near * self._near_m_s if ground.steps_m > 0.0 else self._near_m_s
 
     def lowest_m(self, ground: ExpectedGround) -> float:
         """Where the search ends."""

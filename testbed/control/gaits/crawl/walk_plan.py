@@ -4,7 +4,7 @@ machine's speed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,15 @@ from testbed.control.gaits.crawl.footholds import Footholds, Swings
 from testbed.control.gaits.crawl.known_ground import ExpectedGround, KnownGround
 from testbed.control.gaits.crawl.pace import RAMP, SWING_RAMP, Pace, progress
 from testbed.control.gaits.crawl.rope_hold import THREE_FEET, RopeHold
-from testbed.control.gaits.crawl.swing import CLEAR, Activity, BodyWay, GroundSearch, Phase, Swing
+from testbed.control.gaits.crawl.swing import (
+    CLEAR,
+    Activity,
+    BodyWay,
+    GroundSearch,
+    Haste,
+    Phase,
+    Swing,
+)
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.names import LEGS
@@ -78,8 +86,8 @@ class GaitStyle:
     """The body takes so many times its least time for its way while legs swing."""
     three_feet: float = THREE_FEET
     """On three feet tensions may differ from what is wanted by so much of what they usually may."""
-    far_haste: float = 1.0
-    """Far above the expected ground a foot seeks it so many times as fast as usual."""
+    search: Haste = Haste()
+    """How fast the ground is sought, on gentle slopes."""
     prints: bool = False
     """Whether a foot expects the ground where other feet have found it."""
     strokes: bool = False
@@ -108,7 +116,7 @@ STYLES = {
         prints=True,
         ramp=0.06,
         three_feet=0.7,
-        far_haste=1.5,
+        search=Haste(near=1.8, far=1.5),
     ),
 }
 
@@ -276,6 +284,12 @@ class WalkPlan:
     def enough(self) -> float:
         """Share of the usual margin that is enough."""
         return 1.0 - (1.0 - self._style.margin) * self._gentle
+
+    @property
+    def search(self) -> Haste:
+        """How fast the ground is sought: near it, the less so the steeper the slope."""
+        haste = self.manner.search
+        return replace(haste, near=1.0 + (haste.near - 1.0) * self._gentle)
 
     @property
     def _gentle(self) -> float:
