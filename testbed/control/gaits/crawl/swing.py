@@ -68,6 +68,9 @@ class Haste:
     """Far above the expected ground."""
 
 
+AS_USUAL = Haste()
+
+
 class GroundSearch:
     """One foot's search at a time. Heights are of the path frame, m."""
 
@@ -83,7 +86,7 @@ class GroundSearch:
         """Rise of the load that tells a touch."""
         self._above_m = scale.length * SEARCH_ABOVE_M
         self._below_m = scale.length * SEARCH_BELOW_M + ground_steps_m
-        self._near_m_s = scale.speed * max(SEARCH_M_S * lightness, SLOWEST_SEARCH_M_S)
+        self._near_m_s: float = scale.speed * max(SEARCH_M_S * lightness, SLOWEST_SEARCH_M_S)
         self._far_m_s = max(scale.speed * FAR_SEARCH_M_S * lightness**0.5, self._near_m_s)
         self._base_n = 0.0
 

@@ -13,6 +13,7 @@ from testbed.control.gaits.crawl.known_ground import ExpectedGround, KnownGround
 from testbed.control.gaits.crawl.pace import RAMP, SWING_RAMP, Pace, progress
 from testbed.control.gaits.crawl.rope_hold import THREE_FEET, RopeHold
 from testbed.control.gaits.crawl.swing import (
+    AS_USUAL,
     CLEAR,
     Activity,
     BodyWay,
@@ -86,7 +87,7 @@ class GaitStyle:
     """The body takes so many times its least time for its way while legs swing."""
     three_feet: float = THREE_FEET
     """On three feet tensions may differ from what is wanted by so much of what they usually may."""
-    search: Haste = Haste()
+    search: Haste = AS_USUAL
     """How fast the ground is sought, on gentle slopes."""
     prints: bool = False
     """Whether a foot expects the ground where other feet have found it."""
