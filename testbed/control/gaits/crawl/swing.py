@@ -87,7 +87,7 @@ class GroundSearch:
         self._above_m = scale.length * SEARCH_ABOVE_M
         self._below_m = scale.length * SEARCH_BELOW_M + ground_steps_m
         self._near_m_s: float = scale.speed * max(SEARCH_M_S * lightness, SLOWEST_SEARCH_M_S)
-        self._far_m_s = max(scale.speed * FAR_SEARCH_M_S * lightness**0.5, self._near_m_s)
+        self._far_m_s: float = max(scale.speed * FAR_SEARCH_M_S * lightness**0.5, self._near_m_s)
         self._base_n = 0.0
 
     def first_m(self, ground: ExpectedGround) -> float:
