@@ -1,7 +1,7 @@
 """The external force of one leg from what had arrived when each sample came.
 
 Every channel is low-passed at the recording's own times, however far apart they are. The usual
-distance of two samples is that of the first MINIMUM_SAMPLES ones. A stretch behind a gap begins
+distance of two samples is that of the first ones. A stretch behind a gap begins
 anew. What the piston did before a stretch nobody saw: it is taken to have moved straight on at the
 speed that the first samples say, and the interval holds what this may miss.
 """
@@ -31,7 +31,7 @@ from testbed.formats.arrays import Array, Flags
 from testbed.formats.intervals import Z90
 from testbed.laws.low_pass import low_passed, slope_so_far, steps_of
 from testbed.recording.axis import FINEST_COUNT_M, Recording
-from testbed.recording.checks import MINIMUM_SAMPLES
+from testbed.recording.checks import usual_step_s
 from testbed.recording.known import Known
 from testbed.recording.leg_model import LegModel
 
@@ -54,7 +54,7 @@ LEAST_COUNT_M = 2e-5
 
 def force_so_far(recording: Recording, model: LegModel) -> tuple[Array, Array, Array]:
     """(value, low, high) in N, each of shape (n,): each from this sample and those before it."""
-    usual_s = float(np.median(np.diff(recording.time_s[:MINIMUM_SAMPLES])))
+    usual_s = usual_step_s(recording.time_s)
     count_m = counts_so_far(recording)
     ends = [0, *(before_gaps(recording.time_s, usual_s) + 1), len(recording)]
     told: list[tuple[Array, Array, Array]] = []
