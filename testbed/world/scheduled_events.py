@@ -58,7 +58,8 @@ class ScheduledEvents:
             m.board.ropes[side].whole = 0.0
             self._was_whole[side] = False
         elif isinstance(event, SetSupply):
-            m.board.unit.set_pressure = event.pressure_pa + ATMOSPHERE_PA
+            found_pa = m.hidden.pump_pressure_factor * event.pressure_pa
+            m.board.unit.set_pressure = found_pa + ATMOSPHERE_PA
         elif isinstance(event, FailSensor):
             axis, chamber = AXES.index(event.at), sensing.CHAMBERS.index(event.chamber)
             reading = float(self._row[0][f"pressure_{event.chamber}"][axis])

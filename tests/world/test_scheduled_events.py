@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from testbed.effects.terms import Hidden
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, SIDES
 from testbed.recording.rows import DataRow
@@ -33,6 +34,7 @@ def machine() -> Any:
     return SimpleNamespace(
         board=board,
         told=told,
+        hidden=Hidden(),
         set_friction=lambda friction: told.append(("friction", friction)),
         engine=SimpleNamespace(add_store_mass=lambda kg: told.append(("store", kg))),
     )
@@ -69,6 +71,14 @@ def test_a_set_pressure_is_told_over_the_atmosphere_and_kept_absolute() -> None:
     m, _, world = scheduled()
     world.happen(SetSupply(kind="set_supply", at_s=0.0, pressure_pa=9e6), 0.0)
     assert m.board.unit.set_pressure == 9e6 + ATMOSPHERE_PA
+
+
+def test_a_compensator_that_is_set_otherwise_is_so_at_every_set_pressure() -> None:
+    """supply.pump: set pressure = pressure_factor (declared)."""
+    m, _, world = scheduled()
+    m.hidden.pump_pressure_factor = 0.8
+    world.happen(SetSupply(kind="set_supply", at_s=0.0, pressure_pa=9e6), 0.0)
+    assert m.board.unit.set_pressure == pytest.approx(7.2e6 + ATMOSPHERE_PA)
 
 
 @pytest.mark.parametrize(("how", "reading_pa"), [("stuck", 3.2e6), ("dead", 0.0)])
