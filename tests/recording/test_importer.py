@@ -103,6 +103,12 @@ def test_a_text_table_of_any_separator(table: str, tmp_path: Path) -> None:
     assert not differing(read_recording(tmp_path / "out"))
 
 
+def test_a_text_in_utf_16_is_read_as_such(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(text("\t", comma=True), encoding="utf-16")
+    import_file(tmp_path / "log.csv", given_map(tmp_path), tmp_path / "out")
+    assert not differing(read_recording(tmp_path / "out"))
+
+
 def test_a_table_without_names_has_numbered_columns(tmp_path: Path) -> None:
     (tmp_path / "log.txt").write_text(text(" ").split("\n", 1)[1])
     numbered = MAP
