@@ -115,6 +115,11 @@ OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 """No space, no quota, a file that may not grow, a disk that is only read."""
 
 
+NO_PLACE = {errno.ENAMETOOLONG, errno.ELOOP}
+CIRCLE = "Symlink loop from"
+"""How pathlib says that links lead in a circle."""
+
+
 def printable(text: str) -> str:
     r"""A text of unknown origin as a terminal may have it: whatever would command the terminal, or
     turn the direction of reading, is spelt out (`\x1b`); lines and tabs stay.
@@ -135,6 +140,18 @@ def disk_refusal(error: BaseException) -> InputError | None:
         or "standard output, or a file of the testbed's own (its cache, or a temporary one)"
     )
     return InputError(f"cannot be written: {error.strerror}", file=place)
+
+
+def place_refusal(error: BaseException) -> InputError | None:
+    """What an error says of a place that cannot be: a name longer than the disk's, links that lead
+    in a circle; None: it is another error.
+    """
+    if isinstance(error, OSError) and error.errno in NO_PLACE:
+        return InputError(f"is no place: {error.strerror}", file=_short(error.filename))
+    if isinstance(error, RuntimeError) and str(error).startswith(CIRCLE):
+        place = str(error).removeprefix(CIRCLE).strip("' ")
+        return InputError("is no place: its links lead in a circle", file=place)
+    return None
 
 
 class SimulationFault(Exception):

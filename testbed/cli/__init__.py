@@ -132,9 +132,9 @@ def main() -> None:
 
 def _report(error: Exception) -> int:
     """One line on standard error; returns the exit status."""
-    from testbed.errors import InputError, SimulationFault, disk_refusal, printable
+    from testbed.errors import InputError, SimulationFault, disk_refusal, place_refusal, printable
 
-    error = disk_refusal(error) or error
+    error = disk_refusal(error) or place_refusal(error) or error
     if isinstance(error, InputError):
         line, status = str(error), 2
     elif hasattr(error, "format_message"):  # the command line itself could not be read

@@ -34,22 +34,26 @@ def bristle_force_n(
     stiffness: float,
     damping: float,
     shape: float,
+    early: int,
 ) -> Array:
     """Force of the bristle over a recording, (n,), N: stiffness z + damping dz/dt.
 
     dz = dx - |dx| (stiffness z / level)^shape, exact for a constant level and shape 1. `bend` is
-    stiffness z / level: 1 where the seal slips forwards, -1 backwards.
+    stiffness z / level: 1 where the seal slips forwards, -1 backwards. Before the start it slid as
+    it will slide first; or, where nothing may be foreseen, it is taken to have slid so once it
+    slides within the `early` first samples (-1: all is foreseen).
     """
     out = np.empty_like(velocity_m_s)
-    bend = 0.0
-    for index in range(len(velocity_m_s)):  # before the start it slid as it will slide first
+    bend, last = 0.0, position_m[0]
+    for index in range(len(velocity_m_s) if early < 0 else 0):
         if abs(velocity_m_s[index]) > SLIDES_M_S:
             bend = 1.0 if velocity_m_s[index] > 0 else -1.0
             break
-    last = position_m[0]
     for index in range(len(velocity_m_s)):
         moved = position_m[index] - last
         last = position_m[index]
+        if index < early and abs(velocity_m_s[index]) > SLIDES_M_S:
+            bend, early = 1.0 if velocity_m_s[index] > 0 else -1.0, 0
         per_metre = stiffness / level_n[index]
         if shape == 1.0:
             aim = 1.0 if moved > 0.0 else -1.0

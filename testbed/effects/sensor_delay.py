@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
-from testbed.effects.sensor_line_b import SMOOTHING_S, flat
+from testbed.effects.sensor_line_b import SMOOTHING_S
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Observed, Signals, Values
 from testbed.formats.arrays import Array
@@ -17,11 +17,11 @@ def _earlier(values: Array | None, time: Array, delay: float) -> Array | None:
     return np.asarray(np.interp(time + delay, time, values), dtype=np.float64)
 
 
-def _unlagged(values: Array | None, rate_hz: float, lag: float) -> Array | None:
+def _unlagged(values: Array | None, signals: Signals, lag: float) -> Array | None:
     """What a first-order lag was fed with: r + lag dr/dt."""
     if values is None or lag == 0.0:
         return values
-    return values + lag * np.gradient(flat(values, SMOOTHING_S * rate_hz)) * rate_hz
+    return values + lag * signals.slope(values, SMOOTHING_S)
 
 
 class Delay(Effect):
@@ -48,14 +48,18 @@ class Delay(Effect):
     bends = ("delay",)
 
     def correct(self, signals: Signals, values: Values) -> Signals:
-        """What the sensor should have read."""
-        time, rate = signals.time_s, signals.rate_hz
+        """What the sensor should have read; so far, the motion when it should have read it."""
+        time = signals.time_s
         lag = values["delay"] * values["lag_share"]
         delay = values["delay"] - lag
+        if signals.so_far and delay > 0.0:
+            signals, delay = signals.later(delay), 0.0
         return signals.with_(
-            pressure_a_pa=_unlagged(_earlier(signals.pressure_a_pa, time, delay), rate, lag),
-            pressure_b_pa=_unlagged(_earlier(signals.pressure_b_pa, time, delay), rate, lag),
-            actuator_force_n=_unlagged(_earlier(signals.actuator_force_n, time, delay), rate, lag),
+            pressure_a_pa=_unlagged(_earlier(signals.pressure_a_pa, time, delay), signals, lag),
+            pressure_b_pa=_unlagged(_earlier(signals.pressure_b_pa, time, delay), signals, lag),
+            actuator_force_n=_unlagged(
+                _earlier(signals.actuator_force_n, time, delay), signals, lag
+            ),
         )
 
     def starts(self, observed: Observed) -> list[dict[str, float]]:

@@ -4,25 +4,14 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Observed, Signals, Values
-from testbed.formats.arrays import Array
 
 SMOOTHING_S = 0.010
 """Width of the smoothing before the inverse's derivatives: beyond it they would only raise
 noise.
 """
-
-
-def flat(values: Array, width: float) -> Array:
-    """Twice the Gaussian less the Gaussian twice: smooth, and flat to fourth order."""
-    from scipy.ndimage import gaussian_filter1d
-
-    once = gaussian_filter1d(values, width, mode="nearest")
-    return np.asarray(2.0 * once - gaussian_filter1d(once, width, mode="nearest"), dtype=np.float64)
 
 
 USUAL_DAMPING, LEAST_LAG_S = 0.8, 1.0e-3
@@ -60,9 +49,8 @@ class LineB(Effect):
         if b is None:
             return signals
         w = 2.0 * math.pi * values["natural_frequency"]
-        smooth = flat(b, SMOOTHING_S * signals.rate_hz)
-        rate = np.gradient(smooth) * signals.rate_hz
-        bend = np.gradient(rate) * signals.rate_hz
+        rate = signals.slope(b, SMOOTHING_S)
+        bend = signals.change(rate)
         return signals.with_(
             pressure_b_pa=b + (2.0 * values["damping"] / w) * rate + bend / (w * w)
         )

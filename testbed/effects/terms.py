@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.formats.arrays import Array
+from testbed.laws.low_pass import low_passed, slope_so_far, steps_of
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.known import Known
 from testbed.recording.leg_model import Friction
@@ -49,6 +50,12 @@ class Signals:
     """Of several like axes, the one that these are the signals of: `rl_vertical`."""
     began_s: float | None = None
     """Of a stretch: when the recording that it is of began; None: with its first row."""
+    so_far: bool = False
+    """Each sample says what was known when it came: low-passed, on the recording's own times;
+    nothing may be made of it that looks ahead."""
+    speed_sd_m_s: Array | None = None
+    acceleration_sd_m_s2: Array | None = None
+    """How well the motion is known, where that is less well than usual: so far, at the start."""
 
     @property
     def since_s(self) -> Array:
@@ -58,6 +65,53 @@ class Signals:
     def with_(self, **changes: Any) -> Signals:
         """A copy with some channels replaced."""
         return replace(self, **changes)
+
+    def slope(self, values: Array, width_s: float) -> Array:
+        """Slope (n,) of a channel, per second, smoothed by `width_s` first."""
+        if not self.so_far:
+            return self.change(flat(values, width_s * self.rate_hz))
+        usual_s = 1.0 / self.rate_hz
+        return self.change(low_passed(values, steps_of(self.time_s, usual_s), usual_s, width_s))
+
+    def change(self, values: Array) -> Array:
+        """Change of a smooth channel (n,) from sample to sample, per second."""
+        if not self.so_far:
+            return np.asarray(np.gradient(values) * self.rate_hz, dtype=np.float64)
+        return slope_so_far(values, steps_of(self.time_s, 1.0 / self.rate_hz))
+
+    def later(self, delay_s: float) -> Signals:
+        """All but pressures and forces as they were `delay_s` ago; before the start as then."""
+        kept = {name: getattr(self, name) for name in MOVED_BY_A_DELAY}
+        ago = self.time_s - delay_s
+        return self.with_(
+            **{
+                name: np.interp(ago, self.time_s, values)
+                for name, values in kept.items()
+                if values is not None
+            }
+        )
+
+
+MOVED_BY_A_DELAY = (
+    "position_m",
+    "velocity_m_s",
+    "acceleration_m_s2",
+    "oil_temperature_degc",
+    "valve_command",
+    "speed_sd_m_s",
+    "acceleration_sd_m_s2",
+)
+"""Channels that go back in time with late pressures, where the pressures cannot be had earlier."""
+
+
+def flat(values: Array, width: float) -> Array:
+    """Twice the Gaussian of a width in samples less the Gaussian twice: smooth, and flat to fourth
+    order.
+    """
+    from scipy.ndimage import gaussian_filter1d
+
+    once = gaussian_filter1d(values, width, mode="nearest")
+    return np.asarray(2.0 * once - gaussian_filter1d(once, width, mode="nearest"), dtype=np.float64)
 
 
 @dataclass

@@ -28,6 +28,13 @@ STROKES = 2.0
 """Positions that span more strokes than this are not in metres."""
 
 
+def usual_step_s(time_s: Array) -> float:
+    """Usual distance of two samples, s, as the first ones of times (n,) tell it: what is computed
+    with it changes with no sample that comes later.
+    """
+    return float(np.median(np.diff(time_s[:MINIMUM_SAMPLES])))
+
+
 def check_time(
     time: Array, sample_rate_hz: float, file: Path, declared_in: Path, field: str = "time"
 ) -> None:

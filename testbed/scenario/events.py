@@ -64,14 +64,14 @@ class Payload(Checked):
 
 class Shove(Checked):
     """A force on the body or on a foot for a while: a rock, a gust, a person. Its momentum is force
-    times duration, also where that ends within a tick of the control.
+    times duration: a tick of the control (100 Hz) that it fills in part has its mean.
     """
 
     kind: Literal["shove"]
     at_s: float = Field(ge=0)
     """time of the event [s]"""
     duration_s: float = Field(default=0.2, gt=0)
-    """how long it lasts, from the tick of the control (100 Hz) in which it begins [s]"""
+    """how long it lasts [s]"""
     force_in_world_n: Triple
     """force in the world frame [N]"""
     at: Literal["body", "fl", "fr", "rl", "rr"] = "body"

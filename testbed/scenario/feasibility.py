@@ -21,6 +21,7 @@ from testbed.machine.model import MOST_RINGING, Machine, fastest_rad_s, least_ra
 from testbed.machine.names import LEGS
 from testbed.machine.overridden import check_effective, check_kind
 from testbed.machine.urdf_check import lacking
+from testbed.scenario.left_out import NUMBERS, OF_HYDRAULICS, OF_SENSORS, SENSOR, STUCK
 from testbed.scenario.machines import machines_of
 from testbed.scenario.parts import TICK_HZ, Hydraulics, Robot
 from testbed.scenario.tasks import Chain, Raise
@@ -41,8 +42,19 @@ class Rule:
     """Whether they do nothing in a scenario."""
 
 
-NUMBERS = r"hydraulics\.parameters\."
-SENSOR = rf"{NUMBERS}(axes\.\w+\.)?sensor\."
+OF_SENSOR = rf"{NUMBERS}{SENSOR}"
+
+
+def _left_out(section: str, part: str, fields: str) -> Rule:
+    """Fields of a part that a list `without` leaves out."""
+    return Rule(
+        fields,
+        f"{section}.without",
+        f"a list without {part}",
+        lambda s: part in getattr(s, section).without,
+    )
+
+
 RULES = (
     Rule(r"ropes\.(?!enabled$)\w+", "ropes.enabled", "true", lambda s: not s.ropes.enabled),
     Rule(r"ropes\.share", "ropes.tension_n", "null", lambda s: s.ropes.tension_n is not None),
@@ -68,37 +80,25 @@ RULES = (
         lambda s: s.terrain.kind not in ("heightfield", "elevation"),
     ),
     Rule(
-        rf"{NUMBERS}(axes\.\w+\.|\w+_)cylinder\.(coulomb|static|stribeck|viscous)_\w+",
-        "hydraulics.without",
-        "a list without friction",
-        lambda s: "friction" in s.hydraulics.without,
-    ),
-    Rule(
-        rf"{SENSOR}(pressure_(noise|resolution|ripple|linearity|hysteresis)|thermal)_\w+",
-        "sensors.without",
-        "a list without pressure",
-        lambda s: "pressure" in s.sensors.without,
-    ),
-    Rule(
-        rf"{SENSOR}(\w+_noise|pressure_ripple)_\w+",
+        rf"{OF_SENSOR}(\w+_noise|pressure_ripple)_\w+",
         "sensors.noise",
         "true",
         lambda s: not s.sensors.noise,
     ),
     Rule(
-        rf"{SENSOR}(encoder|pressure_resolution|temperature_resolution)_\w+",
+        rf"{OF_SENSOR}(encoder|pressure_resolution|temperature_resolution)_\w+",
         "sensors.quantisation",
         "true",
         lambda s: not s.sensors.quantisation,
     ),
     Rule(
-        rf"{SENSOR}thermal_\w+",
+        rf"{OF_SENSOR}thermal_\w+",
         "sensors.thermal_drift",
         "true",
         lambda s: not s.sensors.thermal_drift,
     ),
     Rule(
-        rf"{SENSOR}pressure_(linearity|hysteresis)_pa",
+        rf"{OF_SENSOR}pressure_(linearity|hysteresis)_pa",
         "sensors.characteristic",
         "true",
         lambda s: not s.sensors.characteristic,
@@ -109,6 +109,12 @@ RULES = (
         "true",
         lambda s: not s.ropes.strokes,
     ),
+    *(
+        _left_out(section, part, f"{NUMBERS}({numbers})")
+        for section, of_parts in (("hydraulics", OF_HYDRAULICS), ("sensors", OF_SENSORS))
+        for part, numbers in of_parts.items()
+    ),
+    *(_left_out("hydraulics", part, r"hydraulics\.stuck_seals") for part in STUCK),
 )
 
 

@@ -182,7 +182,7 @@ def _check_serves(model: LegModel, recording: Recording, file: str | Path) -> No
 def _of_robot(folder: Path, model: str | Path | None, estimator: str) -> Mapping[str, Array]:
     from testbed.estimation.detectors.base import start
     from testbed.estimation.estimator import estimator_of, intervals_over
-    from testbed.estimation.live.chain import forces, replay_rows
+    from testbed.estimation.live.joined import forces, replay_rows
     from testbed.recording.robot import read_robot
 
     run = read_robot(folder)
@@ -211,11 +211,12 @@ def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
     one. Raises InputError for a model or a survey that cannot be understood.
     """
     from testbed.estimation.live.body_belief import OwnTuning, unfelt
+    from testbed.recording.checks import usual_step_s
     from testbed.recording.robot_columns import OF_JOINTS
     from testbed.world.believed_robot import believed_robot
 
     believed = believed_robot(run.machine, model, tolerances_of(run))
-    belief = believed.legs(float(np.median(np.diff(run.data["t"]))))
+    belief = believed.legs(usual_step_s(run.data["t"]))
     if lacks_of(run.header) is None:
         felt = "specific_force_x" in run.data
         tuning = OwnTuning() if felt else unfelt(OwnTuning())

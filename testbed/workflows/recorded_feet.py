@@ -130,7 +130,8 @@ def _of_robot(
     folder: Path, force: str | None, reference: str | None, model: str | Path | None
 ) -> RecordedFeet:
     from testbed.estimation.detectors.foot_scale import believed_breakaway_n
-    from testbed.estimation.live.chain import belief_of, replay_rows
+    from testbed.estimation.live.chain import belief_of
+    from testbed.estimation.live.joined import replay_rows
     from testbed.recording.robot import read_robot
     from testbed.workflows.estimate import robot_belief
 

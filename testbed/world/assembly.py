@@ -31,7 +31,7 @@ from testbed.world.ground.footing import Footing, sinking
 from testbed.world.ground.terrain import Ground, make_ground
 from testbed.world.initial_state import Truth, initial_boards
 from testbed.world.start import Start, find_start
-from testbed.world.undeclared import bodies_of, hidden_of
+from testbed.world.undeclared import bodies_of, hidden_beside
 from testbed.world.verdict import Judge
 
 
@@ -149,7 +149,7 @@ def assemble(
     seeds = [np.random.default_rng([scenario.seed, index]) for index in range(3)]
     site = _true_site(scenario, machines)
     ground = make_ground(site.terrain)
-    hidden = hidden_of((*machines.drawn.undeclared, *scenario.undeclared))
+    hidden = hidden_beside(machines.drawn.undeclared, scenario.undeclared)
     drill = drilling_of(scenario.drilling, DrillLoads.zeros()[0], scenario.seed, machines.truth)
     compile_apart()  # a scenario that cannot be is refused before that
     with bodies_of(hidden, machines.truth.urdf) as urdf:

@@ -217,8 +217,10 @@ class Simulation:
 
     def _tick(self, t: float) -> None:
         m = self.machine
-        for event in self._scheduled.due(t):
-            self._happen(event, t)
+        dt = self._schedule.tick * self.dt
+        for event, happens_s in self._scheduled.due(t, dt):
+            self._scheduled.happen(event, happens_s)
+            self._tell(event, happens_s)
         m.drill.most_n = m.thrust.most_n
         m.drill.feed_n, m.drill.hammer = self._command.feed_n, self._command.hammer
         for news in self._drill(t):
@@ -228,14 +230,12 @@ class Simulation:
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
-        self._scheduled.push(self._schedule.tick * self.dt)
-        self._follow(m.gait.command(t, self._schedule.tick * self.dt, Measured(self._row)), t)
+        self._scheduled.push(t, dt)
+        self._follow(m.gait.command(t, dt, Measured(self._row)), t)
         self._watch(t)
         if m.footing is not None:
             b = m.board
-            m.footing.update(
-                m.feet_in_world, b.normal_force, b.ground_normals, self._schedule.tick * self.dt
-            )
+            m.footing.update(m.feet_in_world, b.normal_force, b.ground_normals, dt)
 
     def _drill(self, t: float) -> list[dict[str, Any]]:
         """Let the drill work, in a chain of tasks from its turn on; returns what has happened."""
@@ -304,8 +304,7 @@ class Simulation:
             self.events.append(end)
             self.finished = True
 
-    def _happen(self, event: Any, t: float) -> None:
-        self._scheduled.happen(event)
+    def _tell(self, event: Any, t: float) -> None:
         self.events.append({"t": t, **event.model_dump(exclude={"at_s"})})
 
     def last_rows(self) -> tuple[Array, Array]:
@@ -374,7 +373,9 @@ class Simulation:
                 value=event.kind,
                 allowed="an event of the scenario, or one that happens to the machine",
             )
-        self._happen(event, self.t_s)
+        left = self._schedule.tick - self._step % self._schedule.tick
+        self._scheduled.order(event, self.t_s, left * self.dt)
+        self._tell(event, self.t_s)
 
     # ---- what others ask -------------------------------------------------------------------------
 

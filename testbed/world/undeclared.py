@@ -43,6 +43,25 @@ def hidden_of(entries: Sequence[Undeclared]) -> Hidden:
     return world
 
 
+def hidden_beside(drawn: Sequence[Undeclared], declared: Sequence[Undeclared]) -> Hidden:
+    """What the world of a `drawn` machine has that a scenario declares more of.
+
+    Raises InputError as hidden_of, and for an effect of the scenario that another one of it puts
+    out of use: of two that replace the same number the later one counts, those that add up both do.
+    """
+    whole = hidden_of(declared)
+    for index, entry in enumerate(declared):
+        others = [*declared[:index], *declared[index + 1 :]]
+        if others and hidden_of(others) == whole and hidden_of([entry]) != Hidden():
+            raise InputError(
+                "would have no effect: another undeclared effect replaces what it changes",
+                field=f"undeclared.{index}",
+                value=f"{entry.effect} at {entry.at}",
+                allowed="each such effect once at a place",
+            )
+    return hidden_of((*drawn, *declared))
+
+
 def _refuse_shapes(effect: Effect, values: Mapping[str, float], field: str) -> None:
     for name in effect.hidden_shapes():
         default = effect.spec(name).default

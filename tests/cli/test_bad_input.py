@@ -452,7 +452,7 @@ def assert_refused(
     capsys: pytest.CaptureFixture[str],
     desk: Path,
 ) -> None:
-    before = {p: p.stat().st_mtime_ns for p in desk.rglob("*")}
+    before = {p: p.lstat().st_mtime_ns for p in desk.rglob("*")}
     monkeypatch.setattr(sys, "argv", ["testbed", *arguments])
     with pytest.raises(SystemExit) as end:
         main()
@@ -462,7 +462,7 @@ def assert_refused(
     assert out == ""
     assert err.count("\n") == 1 and err.endswith("\n")
     assert word in err
-    assert {p: p.stat().st_mtime_ns for p in desk.rglob("*")} == before
+    assert {p: p.lstat().st_mtime_ns for p in desk.rglob("*")} == before
 
 
 READERS: tuple[tuple[str, ...], ...] = (
@@ -503,6 +503,27 @@ def test_what_is_not_there_or_holds_nothing_is_refused_with_what_is_allowed(
     (desk / "table.csv").write_text("t\n0.0\n")
     given = [word.format(place) for word in command]
     assert_refused(given, "(allowed: ", monkeypatch, capsys, desk)
+
+
+@pytest.mark.parametrize("place", ["x" * 300, "circle", "circle/below"])
+@pytest.mark.parametrize("command", READERS, ids=" ".join)
+def test_a_place_that_cannot_be_is_bad_input(
+    command: tuple[str, ...],
+    place: str,
+    desk: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """A name that is longer than the disk's, links that lead in a circle: to read, and to write."""
+    (desk / "circle").symlink_to("circle")
+    (desk / "map.yaml").write_text("time: {column: t, unit: s}\nrig: cylinder\n")
+    (desk / "table.csv").write_text("t\n0.0\n")
+    given = [word.format(place) for word in command]
+    assert_refused(given, "testbed: ", monkeypatch, capsys, desk)
+    if "--out" in given and place != "circle":
+        given = [word.format("good.yaml") for word in command]
+        given[given.index("--out") + 1] = place + Path(given[given.index("--out") + 1]).suffix
+        assert_refused(given, "testbed: ", monkeypatch, capsys, desk)
 
 
 @pytest.mark.parametrize("case", SCENARIOS)

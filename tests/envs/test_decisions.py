@@ -4,7 +4,6 @@ pay badly.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterator
 
 import gymnasium
@@ -145,14 +144,14 @@ def test_a_stance_is_paid_from_the_fault_on_and_only_while_its_feet_stay() -> No
 def test_neither_idleness_nor_leaning_on_the_limits_keeps_as_well_as_the_agent_that_yields() -> (
     None
 ):
-    """On two drawn machines, the left or the right rope cut as early as faults are drawn: nothing,
-    and every action at either limit all the time. No end comes early to anybody's gain: the score
-    only grows.
+    """On two drawn machines, the left rope of one and the right rope of the other cut as early as
+    faults are drawn: nothing, and every action at either limit all the time. No end comes early to
+    anybody's gain: the score only grows.
     """
     env, each = _keep(randomisation="keep"), np.eye(5)
     poor = [np.zeros(5), *each, *-each, each[0] + each[1], each[0] + each[1] - each[4]]
     earned = np.zeros((len(poor) + 1, len(GAMMAS)))
-    for seed, side in itertools.product((203, 201), SIDES):
+    for seed, side in zip((203, 201), SIDES, strict=True):
         cut = f"events=[{{kind: cut_rope, at_s: 1.4, rope: {side}}}]"
         env.reset(seed=seed, options={"overrides": [cut]})
         start = env.save()

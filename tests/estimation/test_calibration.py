@@ -152,11 +152,11 @@ def test_a_rod_that_nobody_declares_is_one_line(pressed):
 
 
 @pytest.mark.slow
-def test_ninety_five_per_cent_regions_hold_the_truth_as_often_as_they_say_in_400_trials():
+def test_ninety_five_per_cent_regions_hold_the_truth_as_often_as_they_say_in_200_trials():
     from scipy.stats import binomtest
 
-    for count in calibration_coverage(400):
-        assert binomtest(int(count), 400, 0.95).pvalue > 0.01 / 2
+    for count in calibration_coverage(200):
+        assert binomtest(int(count), 200, 0.95).pvalue > 0.01 / 2
 
 
 def test_regions_of_a_few_trials_hold_the_truth_mostly():

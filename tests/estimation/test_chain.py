@@ -12,7 +12,8 @@ from testbed.estimation.cylinder import Conditions, friction_set, friction_value
 from testbed.estimation.detectors.sample import valves_of
 from testbed.estimation.live import contact, encoder
 from testbed.estimation.live.believed import Believed, Leg, Tuning
-from testbed.estimation.live.chain import EstimatorChain, forces, replay, replay_rows
+from testbed.estimation.live.chain import EstimatorChain
+from testbed.estimation.live.joined import forces, replay, replay_rows
 from testbed.estimation.live.whole_body import gravity_in_body
 from testbed.machine.names import LEGS
 from testbed.recording.leg_model import EffectEntry, Friction

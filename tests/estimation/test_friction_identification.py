@@ -119,11 +119,11 @@ def test_model_file_of_an_identification_can_be_read_back(recording, tmp_path):
 
 
 @pytest.mark.slow
-def test_ninety_per_cent_intervals_hold_the_truth_in_ninety_of_a_hundred_of_400_trials():
-    held, worst = coverage(400, speed_profile(longest_s=1.5, travel_m=0.01))
+def test_ninety_per_cent_intervals_hold_the_truth_in_ninety_of_a_hundred_of_200_trials():
+    held, worst = coverage(200, speed_profile(longest_s=1.5, travel_m=0.01))
     assert worst < 0.05
     for count in held:  # eight tests at once: 1 % for each
-        assert binomial_two_sided(int(count), 400, 0.90) > 0.01 / 8
+        assert binomial_two_sided(int(count), 200, 0.90) > 0.01 / 8
 
 
 def test_constant_position_is_named(recording):

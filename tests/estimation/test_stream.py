@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from testbed.estimation.live.chain import EstimatorChain, replay_chain, rows_of
+from testbed.estimation.live.joined import replay_rows
 from testbed.estimation.live.stream import Stream
 from testbed.recording.robot import read_robot
 from testbed.workflows.estimate import robot_belief
@@ -81,6 +82,54 @@ def test_after_a_long_gap_it_starts_anew() -> None:
     late["t"] += 1.0
     fresh = Stream(BELIEF).update(late)
     np.testing.assert_array_equal(stream.update(late)["estimate"]["own"], fresh["estimate"]["own"])
+
+
+RAGGED = {name: np.tile(np.append(v, v[::-1]), 5) for name, v in RUN.data.items()}
+"""The same 0.6 s as columns, with jitter, gaps and numbers that are missing."""
+_rng = np.random.default_rng(4)
+RAGGED["t"] = 1e-3 * np.arange(1, len(ROWS) + 1) + _rng.uniform(-4e-4, 4e-4, len(ROWS))
+RAGGED["t"][200:] += 0.0137
+RAGGED["t"][400:] += 0.6
+RAGGED["pressure_a_fl_vertical"] = np.where(
+    _rng.random(len(ROWS)) < 0.2, np.nan, RAGGED["pressure_a_fl_vertical"]
+)
+_kept = _rng.random(len(ROWS)) > 0.2
+RAGGED = {name: values[_kept] for name, values in RAGGED.items()}
+
+
+def _told(rows: np.ndarray) -> np.ndarray:
+    parts = (rows["estimate"]["own"], rows["estimate_own"]["low"], rows["estimate_own"]["high"])
+    return np.column_stack([*parts, rows["contact"]])
+
+
+def test_a_ragged_recording_gives_the_numbers_of_its_samples_one_by_one() -> None:
+    stream, rows = Stream(BELIEF), rows_of(RAGGED, BELIEF)
+    one_by_one = [_told(stream.update(rows[k : k + 1]))[0] for k in range(len(rows))]
+    np.testing.assert_array_equal(_told(replay_rows(RAGGED, BELIEF)), one_by_one)
+
+
+def test_a_sample_changes_nothing_that_was_said_before_it() -> None:
+    """Later samples are others, come at other times or not at all."""
+    whole = _told(replay_rows(RAGGED, BELIEF))
+    for ends in (60, 150, 161, 162, 163, 319, 320, 321, 400):
+        cut = {name: values[:ends] for name, values in RAGGED.items()}
+        np.testing.assert_array_equal(_told(replay_rows(cut, BELIEF)), whole[:ends])
+        later = np.arange(len(whole)) >= ends
+        other = RAGGED | {
+            "t": RAGGED["t"] + 3e-4 * later,
+            "pressure_b_fr_vertical": RAGGED["pressure_b_fr_vertical"] + 1e6 * later,
+        }
+        np.testing.assert_array_equal(_told(replay_rows(other, BELIEF))[:ends], whole[:ends])
+
+
+def test_samples_out_of_their_order_change_nothing_in_a_recording_either() -> None:
+    order = np.insert(np.arange(len(RAGGED["t"])), 100, [40, 99])
+    twice = {name: values[order] for name, values in RAGGED.items()}
+    told = _told(replay_rows(twice, BELIEF))
+    np.testing.assert_array_equal(told[100:102], told[[99, 99]])
+    np.testing.assert_array_equal(
+        np.delete(told, [100, 101], 0), _told(replay_rows(RAGGED, BELIEF))
+    )
 
 
 def test_another_detector_judges_the_stream() -> None:

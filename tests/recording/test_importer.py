@@ -19,6 +19,7 @@ from testbed.formats.yaml_files import read_mapping, write_yaml
 from testbed.recording.axis import Recording, read_recording
 from testbed.recording.foot import read_foot
 from testbed.recording.importer.importer import import_file
+from testbed.recording.importer.mcap_file import _aligned, _is_known
 
 N = 400
 TIME = np.arange(N) / 100.0
@@ -99,6 +100,12 @@ def test_a_text_table_of_any_separator(table: str, tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(table, encoding="latin-1")
     found = import_file(tmp_path / "log.csv", given_map(tmp_path), tmp_path / "out")
     assert found.usable
+    assert not differing(read_recording(tmp_path / "out"))
+
+
+def test_a_text_in_utf_16_is_read_as_such(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(text("\t", comma=True), encoding="utf-16")
+    import_file(tmp_path / "log.csv", given_map(tmp_path), tmp_path / "out")
     assert not differing(read_recording(tmp_path / "out"))
 
 
@@ -196,10 +203,36 @@ def test_mcap_of_two_topics_at_different_times(tmp_path: Path) -> None:
     )
     import_file(path, given_map(tmp_path, said), tmp_path / "out")
     recording = read_recording(tmp_path / "out")
-    assert recording.time_s == pytest.approx(TIME, abs=1e-9)
-    assert recording.position_m == pytest.approx(POSITION, abs=1e-9)
+    # 1 ms after the first row the cell speaks first: that row is missing, nothing is made up for it
+    assert recording.time_s == pytest.approx(TIME[1:], abs=1e-9)
+    assert recording.position_m == pytest.approx(POSITION[1:], abs=1e-9)
     assert recording.reference_force_n is not None  # between messages at another time than the rows
-    assert recording.reference_force_n[5:20] == pytest.approx(LOAD[5:20], rel=1e-3)
+    assert recording.reference_force_n[4:19] == pytest.approx(LOAD[5:20], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("messages", "rows"),
+    [
+        ([10.0, 20.0, 30.0], [10, 15, 20, 25, 30]),  # nothing before the first and behind the last
+        ([0.0, 10.0, 20.0, 90.0, 100.0], [0, 5, 10, 15, 20, 90, 95, 100]),  # nothing in a gap
+        ([2.0, 12.0, 27.0, 42.0], [5, 10, 15, 20, 25, 30, 35, 40]),  # 15 ms is no gap
+        ([50.0], [50]),
+        ([101.0, 111.0], []),
+    ],
+)
+def test_rows_at_which_a_topic_is_silent_are_missing(
+    messages: list[float], rows: list[int]
+) -> None:
+    stamps = np.arange(0.0, 101.0, 5.0)
+    known = _is_known(1e6 * stamps, 1e6 * np.array(messages))
+    assert stamps[known].tolist() == rows
+
+
+def test_topics_that_never_speak_side_by_side_are_refused(tmp_path: Path) -> None:
+    owner, times = {"/a.x": "/a", "/a.y": "/a", "/b.z": "/b"}, {"/a": [0, 1, 2], "/b": [5, 6]}
+    found = {"/a.x": [0.0] * 3, "/a.y": [0.0] * 3, "/b.z": [0.0] * 2}
+    with pytest.raises(InputError, match="'/a' and '/b' have no time in common"):
+        _aligned(found, owner, times, times, tmp_path)
 
 
 def test_a_foot(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -43,3 +45,25 @@ def test_the_ground_answers_a_pushed_foot_by_force_and_moment(leg: str) -> None:
     up = answer[:, 2]
     assert np.argmin(up) == LEGS.index(leg), "the pushed foot itself gives up most of it"
     assert up[LEGS.index(leg)] < -0.5 * FORCE[2]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("at", ["body", "rl"])
+def test_a_push_that_is_ordered_is_that_of_a_scenario_at_that_time(at: str) -> None:
+    """Both act from 50 to 70 ms; additions in another order differ in their last bits."""
+    push = {"kind": "shove", "at": at, "duration_s": 0.02, "force_in_world_n": [0.0, 0.0, -900.0]}
+    told = load_scenario("stand_flat", [f"events=[{json.dumps({**push, 'at_s': 0.05})}]"])
+    loads = []
+    for scenario in (told, load_scenario("stand_flat")):
+        world = Simulation(scenario)
+        try:
+            _, first = world.run_steps(50)
+            if scenario is not told:
+                world.happen(told.events[0])
+            loads.append(np.concatenate([first, world.run_steps(50)[1]]))
+            assert world.events[-1]["t"] == 0.05
+        finally:
+            world.close()
+    by_event, by_order = (TruthRow.from_table(rows)["foot_load"] for rows in loads)
+    assert np.abs(by_event[60] - by_event[49]).sum() > 100.0
+    assert np.abs(by_order - by_event).max() < 1e-3

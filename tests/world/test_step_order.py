@@ -42,7 +42,7 @@ def _spied(simulation: Simulation) -> list[str]:
         (machine.engine, "step", "advance"),
         (machine.engine, "read", "read"),
         (simulation, "_expect", "expect"),
-        (simulation, "_happen", "happen"),
+        (simulation, "_tell", "happen"),
         (simulation._hold, "update", "drill"),
         (machine.gait, "command", "gait"),
         (machine.judge, "look", "judge"),

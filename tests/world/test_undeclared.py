@@ -18,6 +18,7 @@ from testbed.machine.names import AXES
 from testbed.scenario.parts import Undeclared
 from testbed.world.sensing import Transducer
 from testbed.world.undeclared import (
+    hidden_beside,
     hidden_of,
     places_of,
     put_into_cylinders,
@@ -101,3 +102,60 @@ def test_a_leg_stands_for_its_vertical_joint_and_the_body_for_all_cylinders() ->
 def test_shapes_of_real_machines_are_refused() -> None:
     with pytest.raises(InputError, match="is a shape that the simulated machine does not have"):
         hidden("friction.position", "fl", slope=1.0, curvature=2.0)
+
+
+def _entries(*told: tuple[str, str, dict[str, float]]) -> list[Undeclared]:
+    return [Undeclared(effect=name, at=at, parameters=values) for name, at, values in told]
+
+
+STIFF = {"stiffness": 1e7, "damping": 100.0}
+
+
+@pytest.mark.parametrize(
+    ("told", "refused"),
+    [
+        ([("friction.presliding", "fl", STIFF), ("friction.presliding", "fl_vertical", STIFF)], 0),
+        ([("leg.hinge", "fl", dict(x=0.1, y=0.0, z=0.0))] * 2, 0),
+        ([("supply.droop", "supply", {"droop": 1e9, "time": 0.1})] * 2, 0),
+        ([("sensor.gain_a", "fl", {"gain_error": share}) for share in (0.02, 0.03)], 0),
+        ([("sensor.drift_a", "rr", {"rate": 90.0}), ("sensor.drift_a", "body", {"rate": 70.0})], 0),
+    ],
+)
+def test_of_two_that_replace_the_same_number_the_one_in_vain_is_refused(
+    told: list[tuple[str, str, dict[str, float]]], refused: int
+) -> None:
+    with pytest.raises(InputError, match=rf"undeclared\.{refused} = .* would have no effect"):
+        hidden_beside([], _entries(*told))
+
+
+def test_what_adds_up_may_be_declared_twice_at_a_place() -> None:
+    """Two loads on the body, friction of 2 and 3 % and two factors of 0.9: 5 % and 0.81."""
+    load = {"mass": 100.0, "x": 0.2, "y": 0.0, "z": 0.4}
+    world = hidden_beside(
+        [],
+        _entries(
+            ("robot.payload", "body", load),
+            ("robot.payload", "body", load),
+            ("friction.load", "fl", {"coefficient": 0.02}),
+            ("friction.load", "fl", {"coefficient": 0.03}),
+            ("supply.pump", "supply", {"flow_factor": 1.0, "pressure_factor": 0.9}),
+            ("supply.pump", "supply", {"flow_factor": 1.0, "pressure_factor": 0.9}),
+        ),
+    )
+    assert [mass.mass_kg for mass in world.body_masses] == [100.0, 100.0]
+    added = world.cylinders["fl_vertical"].added
+    assert added["seal.load_coefficient"] == pytest.approx(0.05)
+    assert world.pump_pressure_factor == pytest.approx(0.81)
+
+
+def test_what_a_workshop_left_is_replaced_by_what_is_declared() -> None:
+    drawn = _entries(("friction.presliding", "fl", STIFF))
+    declared = _entries(("friction.presliding", "fl", {"stiffness": 2e7, "damping": 100.0}))
+    found = hidden_beside(drawn, declared).cylinders["fl_vertical"].replaced
+    assert found["seal.bristle_stiffness"] == 2e7
+
+
+def test_a_fault_of_a_scenario_has_its_own_number_on_a_drawn_machine() -> None:
+    drawn = _entries(("friction.presliding", "fl", STIFF))
+    with pytest.raises(InputError, match=r"undeclared\.0\.at"):
+        hidden_beside(drawn, _entries(("friction.presliding", "drill", STIFF)))

@@ -30,7 +30,8 @@ from testbed.control.gait import Layered
 from testbed.errors import InputError, SimulationFault
 from testbed.estimation.contact_losses import LossRule, nominal_load_n
 from testbed.estimation.detectors.sample import Sampler
-from testbed.estimation.live.chain import ESTIMATED, belief_of, replay_rows
+from testbed.estimation.live.chain import ESTIMATED, belief_of
+from testbed.estimation.live.joined import replay_rows
 from testbed.formats.arrays import Array
 from testbed.formats.files import write_json
 from testbed.formats.table import read_columns

@@ -21,7 +21,7 @@ from testbed.benchmarks.diagnosis.bench_laws import (
     Law,
     Motion,
 )
-from testbed.estimation.leg.force import MOVING_M_S
+from testbed.estimation.leg.balance import MOVING_M_S
 from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording, Rig
 from testbed.recording.axis_header import Channel, Header, ReferenceForce

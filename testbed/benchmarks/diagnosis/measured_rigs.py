@@ -21,7 +21,8 @@ import numpy as np
 from testbed.benchmarks.harness import rms
 from testbed.errors import InputError
 from testbed.estimation.friction.identification import identify_rig
-from testbed.estimation.leg.force import MOVING_M_S, estimate
+from testbed.estimation.leg.balance import MOVING_M_S
+from testbed.estimation.leg.force import estimate
 from testbed.estimation.leg.motion import signals_of
 from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording, Rig, read_rig

@@ -239,7 +239,7 @@ def force_error_n(run: Run, model: Path | None) -> float:
     """Root mean square error of the own estimate over the four feet, N, with what a model file adds
     to the belief.
     """
-    from testbed.estimation.live.chain import forces
+    from testbed.estimation.live.joined import forces
     from testbed.workflows.estimate import with_body
     from testbed.world.believed_robot import believed_robot
 

@@ -23,7 +23,7 @@ from testbed.estimation.filters import persistent
 from testbed.estimation.leg.motion import motion, through_steps
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, without
-from testbed.estimation.live.chain import replay, replay_rows
+from testbed.estimation.live.joined import replay, replay_rows
 from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90
 from testbed.formats.sockets import user_code

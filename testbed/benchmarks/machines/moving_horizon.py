@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.chain import replay_rows
+from testbed.estimation.live.joined import replay_rows
 from testbed.estimation.live.wrench import foot_point, other_wrench, view_of
 from testbed.formats.arrays import Array
 from testbed.formats.records import SET

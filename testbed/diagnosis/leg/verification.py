@@ -13,9 +13,9 @@ import numpy.typing as npt
 from testbed.diagnosis.leg.floor import flow_floor_m3_s, sensor_noise_n
 from testbed.diagnosis.leg.series import Series
 from testbed.effects import build
-from testbed.estimation.leg.balance import corrected
+from testbed.estimation.leg.balance import MOVING_M_S, corrected
 from testbed.estimation.leg.flow import flow_balance, flow_terms
-from testbed.estimation.leg.force import MOVING_M_S, estimate
+from testbed.estimation.leg.force import estimate
 from testbed.estimation.leg.motion import signals_of
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel

@@ -5,10 +5,12 @@ load it reveals.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from testbed.effects import build
 from testbed.effects.active import Active
 from testbed.effects.friction_load import REFERENCE_LOAD_N
 from testbed.effects.friction_presliding import bristle_force_n
@@ -17,6 +19,17 @@ from testbed.estimation.cylinder import break_away_over, friction_parts
 from testbed.estimation.cylinder import piston_force_n as chambers_force_n
 from testbed.formats.arrays import Array
 from testbed.recording.leg_model import Friction, LegModel
+
+MOVING_M_S = 3e-3
+"""Faster than this the direction of friction is certain (the contract's limit for scoring)."""
+MARGIN_S = 0.008
+"""Time around a reversal in which the smoothed velocity does not tell the direction of friction."""
+OUTPUT_WIDTH_S = 0.006
+"""Standard deviation of the smoothing of a force."""
+FIRST_SLIDE_S = 0.03
+"""A slide that begins so early, where nothing may be foreseen, began before the start."""
+LEAST_WEIGHT = 0.05
+"""Share of good samples near by from which on their mean is taken."""
 
 # Friction (5) of a leg, with what the effects make of it; at rest it is a set.
 
@@ -31,7 +44,8 @@ def friction_n(friction: Friction, signals: Signals, terms: ForceTerms) -> Array
     if terms.presliding is None:
         return np.asarray(viscous + np.sign(velocity) * level)
     level = np.maximum(level, LEAST_LEVEL_N)
-    bristle = bristle_force_n(signals.position_m, velocity, level, *terms.presliding)
+    early = round(FIRST_SLIDE_S * signals.rate_hz) if signals.so_far else -1
+    bristle = bristle_force_n(signals.position_m, velocity, level, *terms.presliding, early)
     return np.asarray(viscous + bristle, dtype=np.float64)
 
 
@@ -110,3 +124,61 @@ def external_n(rest_n: Any, direction: Any, terms: ForceTerms) -> Array:
             1.0 + direction * np.where(force > 0.0, power * exponent / load, 0.0), 0.2
         )
     return np.asarray(force, dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """The force of a leg as a model believes in it, N, (n,): sliding, and at rest anywhere in a
+    set.
+    """
+
+    signals: Signals
+    """As the sensors should have read them."""
+    terms: ForceTerms
+    sliding_n: Array
+    resting_n: tuple[Array, Array]
+    """Lowest and highest."""
+
+
+def balance_of(signals: Signals, model: LegModel) -> Balance:
+    """The balance over signals (n,) as they were read."""
+    effects = build(model.effects)
+    signals = corrected(signals, effects)
+    terms = force_terms(model, signals, effects)
+    total = without_friction_n(signals, terms)
+    friction = friction_n(model.friction, signals, terms)
+    low, high = breakaway_n(model.friction, signals, terms)
+    if terms.presliding is not None:
+        # A bristle tells the friction at rest to within one encoder count of bend.
+        slack = terms.presliding[0] * 1e-4
+        low, high = np.maximum(low, friction - slack), np.minimum(high, friction + slack)
+        low, high = np.minimum(low, high), np.maximum(low, high)
+    sliding = external_n(total - friction, np.sign(signals.velocity_m_s), terms)
+    return Balance(signals, terms, sliding, resting_set_n(total, low, high, terms))
+
+
+def resting_set_n(
+    total_n: Array, rest_low_n: Array, rest_high_n: Array, terms: ForceTerms
+) -> tuple[Array, Array]:
+    """(lowest, highest) external force of a resting piston, N, (n,): total_n = F_ext + F_f, and F_f
+    between the break-away forces, each larger by what F_ext itself adds to friction.
+    """
+    least, most = total_n - rest_high_n, total_n - rest_low_n
+    if terms.load_coefficient == 0.0:
+        return least, most
+    least, most = external_n(least, 1.0, terms), external_n(most, -1.0, terms)
+    # Friction that the load relieves ends at none: then the force is what the balance leaves.
+    return np.minimum(least, total_n), np.maximum(most, total_n)
+
+
+def travel_since_reversal(velocity_m_s: Array, steps_s: Any) -> Array:
+    """Distance moved since the velocity last changed its sign, m, shape (n,); the start counts as
+    far from one. `steps_s`: the time of each sample, or of all.
+    """
+    travel = np.cumsum(np.abs(velocity_m_s) * steps_s)
+    sign = velocity_m_s > 0.0
+    turned = np.concatenate([[False], sign[1:] != sign[:-1]])
+    at = np.maximum.accumulate(np.where(turned, np.arange(len(sign)), -1))
+    return np.asarray(
+        np.where(at >= 0, travel - travel[np.maximum(at, 0)], np.inf), dtype=np.float64
+    )

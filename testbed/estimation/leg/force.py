@@ -14,18 +14,20 @@ import numpy as np
 
 from testbed.effects import build
 from testbed.effects.friction_presliding import SOUND_BEND_M
-from testbed.effects.terms import ForceTerms, Signals
+from testbed.effects.terms import Signals
 from testbed.estimation.leg.balance import (
-    breakaway_n,
+    LEAST_WEIGHT,
+    MARGIN_S,
+    MOVING_M_S,
+    OUTPUT_WIDTH_S,
+    balance_of,
     corrected,
-    external_n,
-    force_terms,
-    friction_n,
-    without_friction_n,
+    travel_since_reversal,
 )
 from testbed.estimation.leg.flow import Edges, flow_balance, flow_terms, smoothed_opening, spool
 from testbed.estimation.leg.gaps import stretches
-from testbed.estimation.leg.motion import grid, signals_of, smooth, smooth_causal
+from testbed.estimation.leg.motion import grid, signals_of, smooth
+from testbed.estimation.leg.so_far import force_so_far
 from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel
@@ -104,22 +106,14 @@ def _late_samples(as_usual: Array, one_late: Array) -> float:
     return float(np.clip(-along / power, -MOST_LATE, MOST_LATE))
 
 
-LEAST_WEIGHT = 0.05
-"""Share of good samples near by from which on their mean is taken."""
-
-MOVING_M_S = 3e-3
-"""Faster than this the direction of friction is certain (the contract's limit for scoring)."""
 SLIDING_M_S, SLIDING_S = 4e-4, 0.05
 """A piston that goes on faster than this in one direction for longer slides, though slowly:
 friction's side is known. (A quick reversal is slow for a moment too, but does not slide.)"""
-MARGIN_S = 0.008
-"""Time around a reversal in which the smoothed velocity does not tell the direction of friction."""
 FUSED_MARGIN_S = 0.002
 FUSED_WIDTH_S = 0.002
 """The same, and the smoothing of every channel, where the oil tells the quick part of the
 velocity.
 """
-OUTPUT_WIDTH_S = 0.006
 QUICK_WIDTH_S = 0.0015
 QUICK_FUSED_WIDTH_S, QUICK_OUTPUT_WIDTH_S = 0.001, 0.0005
 QUICK_TRAVEL_M = 0.0
@@ -151,37 +145,34 @@ class ForceEstimate:
 
 
 def estimate(recording: Recording, model: LegModel, causal: bool = False) -> ForceEstimate:
-    """External force from a recording, each stretch between gaps by itself; a causal estimate would
-    have to find its speed anew and goes on across them. Raises InputError for a model with an
-    unknown effect or parameter.
+    """External force from a recording, each stretch between gaps by itself; `causal`: each sample
+    from what had arrived by then. Raises InputError for a model with an unknown effect or
+    parameter.
     """
     build(model.effects)
-    parts = [recording] if causal else stretches(recording)
-    found = [_of_stretch(part, model, causal).columns() for part in parts]
+    if causal:
+        return ForceEstimate(recording.time_s, *force_so_far(recording, model))
+    found = [_of_stretch(part, model).columns() for part in stretches(recording)]
     time, *forces = (np.concatenate([part[name] for part in found]) for name in found[0])
     return ForceEstimate(time, *forces)
 
 
-def _of_stretch(recording: Recording, model: LegModel, causal: bool) -> ForceEstimate:
-    by_oil = (
-        fused(recording, model, FUSED_WIDTH_S)
-        if not causal and can_fuse(recording, model)
-        else None
-    )
-    signals = signals_of(recording, model.known, causal=causal) if by_oil is None else by_oil
+def _of_stretch(recording: Recording, model: LegModel) -> ForceEstimate:
+    by_oil = fused(recording, model, FUSED_WIDTH_S) if can_fuse(recording, model) else None
+    signals = signals_of(recording, model.known) if by_oil is None else by_oil
     margin = MARGIN_S if by_oil is None else FUSED_MARGIN_S
-    travel = unseen_travel_m(recording)
-    value, low, high = force_of(signals, model, causal, margin_s=margin, travel_m=travel)
-    if not causal:
-        quick = None if by_oil is None else fused(recording, model, QUICK_FUSED_WIDTH_S)
-        width = QUICK_WIDTH_S if quick is None else QUICK_OUTPUT_WIDTH_S
-        if quick is None:
-            quick = signals_of(recording, model.known, QUICK_WIDTH_S)
-        sharp, _, _ = force_of(
-            quick, model, output_width_s=width, margin_s=margin, travel_m=QUICK_TRAVEL_M
-        )
-        shift = share_of_quick(value, signals.rate_hz) * (sharp - value)
-        value, low, high = value + shift, low + shift, high + shift
+    value, low, high = force_of(
+        signals, model, margin_s=margin, travel_m=unseen_travel_m(recording)
+    )
+    quick = None if by_oil is None else fused(recording, model, QUICK_FUSED_WIDTH_S)
+    width = QUICK_WIDTH_S if quick is None else QUICK_OUTPUT_WIDTH_S
+    if quick is None:
+        quick = signals_of(recording, model.known, QUICK_WIDTH_S)
+    sharp, _, _ = force_of(
+        quick, model, output_width_s=width, margin_s=margin, travel_m=QUICK_TRAVEL_M
+    )
+    shift = share_of_quick(value, signals.rate_hz) * (sharp - value)
+    value, low, high = value + shift, low + shift, high + shift
     time, _ = grid(recording)
     if time is not recording.time_s:
         value, low, high = (
@@ -213,57 +204,25 @@ def share_of_quick(force_n: Array, rate_hz: float) -> Array:
 def force_of(
     signals: Signals,
     model: LegModel,
-    causal: bool = False,
     output_width_s: float | None = None,
     margin_s: float = MARGIN_S,
     travel_m: float = SOUND_BEND_M,
 ) -> tuple[Array, Array, Array]:
     """(value, low, high) in N, each of shape (n,), for signals on a uniform grid."""
-    effects = build(model.effects)
-    signals = corrected(signals, effects)
-    terms = force_terms(model, signals, effects)
-    total = without_friction_n(signals, terms)
-    friction = friction_n(model.friction, signals, terms)
-    direction = np.sign(signals.velocity_m_s)
-    moving = trusted(signals.velocity_m_s, signals.rate_hz, margin_s, travel_m, causal)
-    sliding = (
-        moving if causal else moving | slow_slides(signals.velocity_m_s, signals.rate_hz, travel_m)
-    )
-    rest_low, rest_high = breakaway_n(model.friction, signals, terms)
-    if terms.presliding is not None:
-        # A bristle tells the friction at rest to within one encoder count of bend.
-        slack = terms.presliding[0] * 1e-4
-        rest_low, rest_high = (
-            np.maximum(rest_low, friction - slack),
-            np.minimum(rest_high, friction + slack),
-        )
-        rest_low, rest_high = np.minimum(rest_low, rest_high), np.maximum(rest_low, rest_high)
+    balance = balance_of(signals, model)
+    signals, terms = balance.signals, balance.terms
+    moving = trusted(signals.velocity_m_s, signals.rate_hz, margin_s, travel_m)
+    sliding = moving | slow_slides(signals.velocity_m_s, signals.rate_hz, travel_m)
     width = (OUTPUT_WIDTH_S if output_width_s is None else output_width_s) * signals.rate_hz
-    raw = external_n(total - friction, direction, terms)
-    # A narrow band is only known from both sides of a sample: a causal estimate keeps it.
-    for frequency, amplitude, harmonics in () if causal else terms.narrow_bands:
+    raw = balance.sliding_n
+    for frequency, amplitude, harmonics in terms.narrow_bands:
         raw = raw - narrow_band(raw, moving, signals, frequency, harmonics, amplitude)
-    first = _fill(raw, sliding, width, causal)
-    least, most = resting_set_n(total, rest_low, rest_high, terms)
-    held = np.where(sliding, raw, np.clip(first, least, most))
-    value = smooth_causal(held, width) if causal else smooth(held, width)
+    first = _fill(raw, sliding, width)
+    least, most = balance.resting_n
+    value = smooth(np.where(sliding, raw, np.clip(first, least, most)), width)
     low = np.where(moving, value, np.minimum(least, value))
     high = np.where(moving, value, np.maximum(most, value))
     return value, low, high
-
-
-def resting_set_n(
-    total_n: Array, rest_low_n: Array, rest_high_n: Array, terms: ForceTerms
-) -> tuple[Array, Array]:
-    """(lowest, highest) external force of a resting piston, N, (n,): total_n = F_ext + F_f, and F_f
-    between the break-away forces, each larger by what F_ext itself adds to friction.
-    """
-    least, most = total_n - rest_high_n, total_n - rest_low_n
-    if terms.load_coefficient == 0.0:
-        return least, most
-    least, most = external_n(least, 1.0, terms), external_n(most, -1.0, terms)
-    # Friction that the load relieves ends at none: then the force is what the balance leaves.
-    return np.minimum(least, total_n), np.maximum(most, total_n)
 
 
 def trusted(
@@ -271,7 +230,6 @@ def trusted(
     rate_hz: float,
     margin_s: float = MARGIN_S,
     travel_m: float = SOUND_BEND_M,
-    causal: bool = False,
     speed_m_s: float = MOVING_M_S,
 ) -> Flags:
     """Samples whose friction is certain, shape (n,): fast enough, not within a margin of a
@@ -280,21 +238,15 @@ def trusted(
     from scipy.ndimage import binary_erosion
 
     fast = np.abs(velocity_m_s) > speed_m_s
-    fast &= _travel_since_reversal(velocity_m_s, 1.0 / rate_hz) > travel_m
+    fast &= travel_since_reversal(velocity_m_s, 1.0 / rate_hz) > travel_m
     reach = round(margin_s * rate_hz)
-    if causal:
-        index = np.arange(len(fast))
-        last_slow = np.maximum.accumulate(np.where(fast, -reach - 1, index))
-        return np.asarray(index - last_slow > reach, dtype=np.bool_)
     if reach == 0:
         return np.asarray(fast, dtype=np.bool_)
     return np.asarray(binary_erosion(fast, np.ones(2 * reach + 1), border_value=1), dtype=np.bool_)
 
 
 def slow_slides(velocity_m_s: Array, rate_hz: float, travel_m: float) -> Flags:
-    """Samples of slow slides that last, shape (n,); a causal estimate could not know that they
-    will.
-    """
+    """Samples of slow slides that last, shape (n,)."""
     from scipy.ndimage import binary_opening
 
     slow = trusted(velocity_m_s, rate_hz, MARGIN_S, travel_m, speed_m_s=SLIDING_M_S)
@@ -304,32 +256,18 @@ def slow_slides(velocity_m_s: Array, rate_hz: float, travel_m: float) -> Flags:
     )
 
 
-def _travel_since_reversal(velocity_m_s: Array, period_s: float) -> Array:
-    """Distance moved since the velocity last changed its sign, m, shape (n,); the start counts as
-    far from one.
-    """
-    travel = np.cumsum(np.abs(velocity_m_s)) * period_s
-    sign = velocity_m_s > 0.0
-    turned = np.concatenate([[False], sign[1:] != sign[:-1]])
-    at = np.maximum.accumulate(np.where(turned, np.arange(len(sign)), -1))
-    return np.asarray(
-        np.where(at >= 0, travel - travel[np.maximum(at, 0)], np.inf), dtype=np.float64
-    )
-
-
-def _fill(raw: Array, good: Flags, width: float, causal: bool) -> Array:
+def _fill(raw: Array, good: Flags, width: float) -> Array:
     """`raw` averaged over good samples near by. Over gaps it is held: a foot at rest on firm ground
     feels the load that it had when it stopped, and the first samples behind a gap may already
     belong to a foot that lifts.
     """
     if not good.any():
         return np.zeros_like(raw)
-    run = smooth_causal if causal else smooth
-    weight = run(good.astype(np.float64), width)
+    weight = smooth(good.astype(np.float64), width)
     known = weight > LEAST_WEIGHT
-    mean = run(np.where(good, raw, 0.0), width) / np.maximum(weight, 1e-6)
+    mean = smooth(np.where(good, raw, 0.0), width) / np.maximum(weight, 1e-6)
     last = np.maximum.accumulate(np.where(known, np.arange(len(raw)), -1))
-    before = 0.0 if causal else mean[int(np.argmax(known))]
+    before = mean[int(np.argmax(known))]
     return np.asarray(np.where(last >= 0, mean[np.maximum(last, 0)], before), dtype=np.float64)
 
 

@@ -18,10 +18,13 @@ GAP_STEPS, GAP_S, BESIDE_GAP_S = 3.5, 0.02, 0.06
 left out beside it, where smoothing carries it."""
 
 
-def before_gaps(time_s: Array) -> NDArray[np.intp]:
-    """Rows of times (n,) behind which samples are missing."""
+def before_gaps(time_s: Array, usual_s: float | None = None) -> NDArray[np.intp]:
+    """Rows of times (n,) behind which samples are missing; `usual_s`: their usual distance, None:
+    the median.
+    """
     steps = np.diff(time_s)
-    return np.flatnonzero(steps > max(GAP_STEPS * float(np.median(steps)), GAP_S))
+    usual_s = float(np.median(steps)) if usual_s is None else usual_s
+    return np.flatnonzero(steps > max(GAP_STEPS * usual_s, GAP_S))
 
 
 def in_gaps(sampled_s: Array, time_s: Array) -> Flags:

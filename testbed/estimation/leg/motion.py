@@ -1,17 +1,15 @@
 """Position, velocity and acceleration from an encoder that steps.
 
 Between two steps the true position is only known to lie within one count, but at a step it is known
-to the sampling
-time: the position is first drawn through the steps (at low speed this is ten times finer than the
-count), then smoothed. Zero-phase: a Gaussian of standard deviation `width_s`; causal: a one-sided
-kernel of the same variance.
+to the sampling time: the position is first drawn through the steps (at low speed this is ten times
+finer than the count), then smoothed, zero-phase: a Gaussian of standard deviation `width_s`. What
+can be said of each sample when it comes is in so_far.py.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from testbed.compiled import njit
 from testbed.effects.terms import Signals
 from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording
@@ -89,38 +87,11 @@ def slope(values: Array, rate_hz: float) -> Array:
     return np.asarray(sum(differences) * rate_hz, dtype=np.float64)
 
 
-def smooth_causal(values: Array, width_samples: float) -> Array:
-    """Two equal one-pole low-passes in a row: their impulse response has standard deviation
-    `width_samples`.
-    """
-    pole = float(np.exp(-np.sqrt(2.0) / max(width_samples, 0.3)))
-    return np.asarray(
-        _twice_low_passed(np.asarray(values, dtype=np.float64), pole), dtype=np.float64
-    )
-
-
-@njit
-def _twice_low_passed(values: Array, pole: float) -> Array:
-    out = np.empty(values.size)
-    first = second = values[0]
-    for index in range(values.size):
-        first = pole * first + (1.0 - pole) * values[index]
-        second = pole * second + (1.0 - pole) * first
-        out[index] = second
-    return out
-
-
-def motion(
-    position_m: Array, rate_hz: float, width_s: float, causal: bool = False
-) -> tuple[Array, Array, Array]:
+def motion(position_m: Array, rate_hz: float, width_s: float) -> tuple[Array, Array, Array]:
     """Smoothed position m, velocity m/s, acceleration m/s2, each of shape (n,), from a uniform
     grid.
     """
     width = width_s * rate_hz
-    if causal:
-        position = smooth_causal(position_m, width)
-        velocity = np.diff(position, prepend=position[:1]) * rate_hz
-        return position, velocity, np.diff(velocity, prepend=velocity[:1]) * rate_hz
     pad = min(int(4.0 * width) + 1, len(position_m) - 1)
     longer = _carried_on(position_m, pad, max(round(END_FIT_S * rate_hz), 12))
     position, velocity = smooth(longer, width), smooth(longer, width, 1) * rate_hz
@@ -189,7 +160,6 @@ def signals_of(
     recording: Recording,
     known: Known | None = None,
     width_s: float = WIDTH_S,
-    causal: bool = False,
     step: int = 1,
 ) -> Signals:
     """All channels smoothed alike; every `step`-th sample is kept. `known` overrides what the
@@ -204,20 +174,11 @@ def signals_of(
     def channel(values: Array | None) -> Array | None:
         if values is None:
             return None
-        low = (
-            smooth_causal(even(values), width_s * rate)
-            if causal
-            else smooth(even(values), width_s * rate)
-        )
-        return low[::step]
+        return smooth(even(values), width_s * rate)[::step]
 
     resolution = recording.position_resolution_m
-    drawn = (
-        recording.position_m
-        if causal
-        else through_steps(recording.time_s, recording.position_m, resolution)
-    )
-    position, velocity, acceleration = motion(even(drawn), rate, width_s, causal)
+    drawn = through_steps(recording.time_s, recording.position_m, resolution)
+    position, velocity, acceleration = motion(even(drawn), rate, width_s)
     command = recording.valve_command
     return Signals(
         time_s=time[::step],

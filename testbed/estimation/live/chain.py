@@ -318,41 +318,7 @@ def rows_of(columns: Mapping[str, Array], believed: Believed) -> NDArray[Any]:
     return rows
 
 
-def replay_rows(columns: Mapping[str, Array], believed: Believed) -> NDArray[Any]:
-    """The chain over a recording's columns: DataRow records (n,) with every estimate. Raises as
-    `rows_of`.
-    """
-    rows, chain = rows_of(columns, believed), EstimatorChain(believed)
-    replay_chain(rows, chain.belief, chain.state)
-    return rows
-
-
-def replay(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]:
-    """`replay_rows` as columns by name: what the chain fills of a recording."""
-    table = DataRow.as_table(replay_rows(columns, believed))
-    return {
-        name: np.ascontiguousarray(table[:, k])
-        for k, name in enumerate(DataRow.column_names())
-        if name in ESTIMATED
-    }
-
-
 ESTIMATED = frozenset(
     name for name in DataRow.column_names() if name.startswith(("estimate_", "own_", "contact_"))
 )
 """Columns that the chain fills."""
-
-
-def forces(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]:
-    """`t`, and per leg `force_<leg>_n` with `_low` and `_high`: what `testbed estimate` writes of a
-    robot recording.
-    """
-    if "t" not in columns:
-        raise InputError("the recording has no such column", field="t")
-    estimates = replay(columns, believed)
-    out = {"t": np.asarray(columns["t"])}
-    for leg in LEGS:
-        out[f"force_{leg}_n"] = estimates[f"estimate_own_{leg}"]
-        out[f"force_{leg}_n_low"] = estimates[f"own_low_{leg}"]
-        out[f"force_{leg}_n_high"] = estimates[f"own_high_{leg}"]
-    return out

@@ -6,11 +6,8 @@ comes late or not at all.
     row["t"], row["pressure_a"][:] = ...
     told = stream.update(row)          # with estimates: told["estimate"]["own"], told["contact"]
 
-It is the code of a run and of a recording, and gives the same numbers where every sample comes. A
-sample no later than the one before is left out. Where samples are missing, what was measured before
-and after is joined by straight lines as soon as the next one comes. A number that is missing (nan)
-stays what it was last. After a gap longer than LONGEST_GAP_S everything starts anew. `known` says
-which feet's states still rest on a sample.
+It is the code of a run and of a recording, and gives the same numbers, whatever comes late or not
+at all (joined.py). `known` says which feet's states still rest on a sample.
 """
 
 from __future__ import annotations
@@ -25,8 +22,9 @@ from testbed.estimation.contact_losses import LOSS_SHARE
 from testbed.estimation.detectors.base import Detector
 from testbed.estimation.detectors.single_force import ForceSample, SingleForce
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.chain import ESTIMATED, EstimatorChain
+from testbed.estimation.live.chain import EstimatorChain
 from testbed.estimation.live.contact import ContactState, step
+from testbed.estimation.live.joined import COLUMNS, MEASURED, TIME, arrived
 from testbed.estimation.live.selected import SelectedDetector, limits_of
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.sockets import FORM, is_user_class, load_object
@@ -121,10 +119,6 @@ def force_detector(name: str, loss_share: float = LOSS_SHARE) -> Any:
     )
 
 
-LONGEST_GAP_S = 0.5
-"""After a longer gap nothing of what was remembered is true any more, s (E)."""
-COLUMNS = DataRow.column_names()
-MEASURED = np.array([name not in ESTIMATED for name in COLUMNS])
 OF_LEG = {
     leg: [
         COLUMNS.index(f"{stem}_{leg}_vertical") for stem in ("position", "pressure_a", "pressure_b")
@@ -159,23 +153,19 @@ class Stream:
         """One sample: DataRow (1,) -> DataRow (1,) with its estimates; the last one where it comes
         too late.
         """
-        now = np.array(DataRow.as_table(row)[0])
-        time_s = now[0]
-        if not np.isfinite(time_s) or (self._last is not None and time_s <= self._last[0]):
+        sample = DataRow.as_table(row)[0]
+        found = arrived(self._last, sample, self._dt_s)
+        if found is None:
             return self._told.copy()
-        if self._last is not None and time_s - self._last[0] > LONGEST_GAP_S:
+        if found.anew:
             self._chain.forget()
-            self._detector, self._last = self._fresh_detector(), None
+            self._detector = self._fresh_detector()
         for index, leg in enumerate(LEGS):
-            if np.isfinite(now[OF_LEG[leg]]).all():
-                self._seen_s[index] = time_s
-        missing = ~np.isfinite(now) & MEASURED
-        now[missing] = 0.0 if self._last is None else self._last[missing]
-        before = now if self._last is None else self._last
-        steps = max(round((time_s - before[0]) / self._dt_s), 1)
-        for part in range(1, steps + 1):
-            self._step(before + (now - before) * (part / steps) if part < steps else now)
-        self._last = now
+            if np.isfinite(sample[OF_LEG[leg]]).all():
+                self._seen_s[index] = sample[TIME]
+        for measured in found.rows:
+            self._step(measured)
+        self._last = found.rows[-1]
         return self._told.copy()
 
     def _step(self, measured: Array) -> None:

@@ -116,7 +116,7 @@ def _decoded(path: Path) -> str:
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
     try:
-        return raw.decode("utf-8-sig")
+        return raw.decode("utf-16" if raw[:2] in UTF_16 else "utf-8-sig")
     except UnicodeDecodeError:
         return raw.decode("latin-1")
 
@@ -204,6 +204,10 @@ class ReferenceSource(ReferenceForce):
     """factor of the column"""
     offset: float = 0.0
     """added after the factor, in `unit`"""
+
+
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+"""How a text in UTF-16 begins, as spreadsheets write one."""
 
 
 def import_file(file: str | Path, map_file: str | Path, out: str | Path) -> Findings:

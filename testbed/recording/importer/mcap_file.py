@@ -2,8 +2,9 @@
 `/joint.position.0`.
 
 Messages of several topics come at different times: rows are the messages of the topic from which
-most columns come; the others are drawn straight between their messages. `log_time` and
-`publish_time` are ns since the first message.
+most columns come; the others are drawn straight between their messages. Before the first message of
+another topic, behind its last one and where its messages are missing nobody knows its values: there
+are no such rows. `log_time` and `publish_time` are ns since the first message.
 """
 
 from __future__ import annotations
@@ -17,9 +18,12 @@ from typing import Any
 import numpy as np
 
 from testbed.errors import InputError, extra
-from testbed.formats.arrays import Array
+from testbed.formats.arrays import Array, Flags
 
 CLOCKS = ("log_time", "publish_time")
+GAP_STEPS, GAP_NS = 3.5, 2.0e7
+"""Messages farther apart than so many usual steps, and than this, have others missing in between.
+"""
 MOST_UNPACKED, MOST_OF_A_CHUNK = 1_000_000_000, 100_000_000
 """Bytes of messages in a file, and of a chunk, which is unpacked whole."""
 
@@ -46,7 +50,7 @@ def read_mcap(path: Path, wanted: Collection[str]) -> dict[str, Array]:
     owner = {name: _topic(name, times, topics, path) for name in fields}
     if not owner:
         raise InputError("no column names a topic", file=path, allowed="/topic.field")
-    return _aligned(found, owner, times, published)
+    return _aligned(found, owner, times, published, path)
 
 
 def _messages(path: Path) -> Iterator[tuple[Any, Any]]:
@@ -147,21 +151,47 @@ def _aligned(
     owner: Mapping[str, str],
     times: Mapping[str, list[int]],
     published: Mapping[str, list[int]],
+    path: Path,
 ) -> dict[str, Array]:
-    """All columns at the times of the topic that has most of them."""
+    """All columns at those times of the topic that has most of them at which the others are known.
+
+    Raises InputError where there are none.
+    """
     base = Counter(owner.values()).most_common(1)[0][0]
     first = min(stamps[0] for stamps in times.values())
-    seconds = {
+    since = {
         name: np.array([stamp - first for stamp in stamps], dtype=np.float64)
         for name, stamps in times.items()
     }
+    known = np.ones(len(since[base]), dtype=np.bool_)
+    for topic in since.keys() - {base}:
+        known &= _is_known(since[base], since[topic])
+        if not known.any():
+            raise InputError(
+                f"topics {base!r} and {topic!r} have no time in common",
+                file=path,
+                allowed="topics whose messages come side by side",
+            )
+    rows = since[base][known]
     out = {
-        name: np.asarray(values, dtype=np.float64)
+        name: np.asarray(values, dtype=np.float64)[known]
         if owner[name] == base
-        else np.interp(seconds[base], seconds[owner[name]], values)
+        else np.interp(rows, since[owner[name]], values)
         for name, values in found.items()
     }
     stamps = published[base]
-    out["log_time"] = seconds[base]
-    out["publish_time"] = np.array([stamp - stamps[0] for stamp in stamps], dtype=np.float64)
+    out["log_time"] = rows
+    out["publish_time"] = np.array([stamp - stamps[0] for stamp in stamps], dtype=np.float64)[known]
     return out
+
+
+def _is_known(rows_ns: Array, messages_ns: Array) -> Flags:
+    """Rows (n,) on or between two messages of a topic of which none are missing in between."""
+    steps = np.diff(messages_ns)
+    longest = max(GAP_STEPS * float(np.median(steps)), GAP_NS) if steps.size else 0.0
+    after = np.searchsorted(messages_ns, rows_ns)
+    before = np.searchsorted(messages_ns, rows_ns, side="right") - 1
+    within = (before >= 0) & (after < len(messages_ns))
+    last = len(messages_ns) - 1
+    apart = messages_ns[np.clip(after, 0, last)] - messages_ns[np.clip(before, 0, last)]
+    return np.asarray(within & (apart <= longest), dtype=np.bool_)
