@@ -48,12 +48,12 @@ def _obeyed(raw: Raw, stretch: slice) -> int:
     """The row from which the piston goes as it is told, before spool and oil must have answered: a
     mass runs on against a valve that is thrown over, and turns round once.
     """
-    command = raw.series["valve_command"][stretch.start]
+    first = int(stretch.start)
+    command = float(raw.series["valve_command"][first])
     if abs(command) < OPEN:
-        return stretch.start
-    answered = stretch.start + round(ANSWERS_S / _step_s(raw))
-    start = raw.series["position"][stretch.start : min(answered, stretch.stop - 1) + 1]
-    return stretch.start + int(np.argmin(np.sign(command) * start))
+        return first
+    answered = min(first + round(ANSWERS_S / _step_s(raw)) + 1, stretch.stop)
+    return first + int(np.argmin(np.sign(command) * raw.series["position"][first:answered]))
 
 
 def _held(raw: Raw, stretch: slice, what: str, how: str) -> Finding:
