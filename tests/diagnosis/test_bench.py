@@ -116,6 +116,33 @@ def test_a_damper_has_no_name_a_spring_has_one_and_a_sound_drive_lacks_nothing()
     assert "each left out in turn" in page(sprung)
 
 
+@pytest.mark.slow
+def test_a_mass_beyond_its_tolerance_is_told_against_what_is_declared() -> None:
+    """3 % more is within three times the 2 % that a declared mass may be off; 15 % more is not, and
+    the 6 % that the tolerance takes up belong to it.
+    """
+    rig, _ = make_bench(SOUND)
+    mass_kg = rig.known.moving_mass_kg or 0.0
+    assert diagnose(_declaring(rig, mass_kg / 1.03)).verdict.kind == "none"
+    found = diagnose(_declaring(rig, mass_kg / 1.15))
+    (entry,) = found.entries
+    low, high = entry.parameters["mass"].interval90 or (0.0, 0.0)
+    assert entry.name == "inertia.mass"
+    assert low < mass_kg - mass_kg / 1.15 < high < 0.2 * mass_kg and low > 0.06 * mass_kg
+    assert found.models["after"].known.moving_mass_kg == pytest.approx(mass_kg / 1.15)
+    assert found.models["refit"].known.moving_mass_kg == pytest.approx(1.06 * mass_kg / 1.15)
+
+
+def _declaring(rig: Rig, mass_kg: float) -> Rig:
+    """The rig with another mass declared."""
+    known = rig.known.model_copy(update={"moving_mass_kg": mass_kg})
+    identify, verify = (
+        tuple(replace(r, header=r.header.model_copy(update={"known": known})) for r in recordings)
+        for recordings in (rig.identify, rig.verify)
+    )
+    return replace(rig, identify=identify, verify=verify)
+
+
 def test_a_family_is_judged_by_numbers_that_were_fitted_without_it() -> None:
     rows = []
     for k in range(24):
