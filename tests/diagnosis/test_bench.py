@@ -57,6 +57,20 @@ def test_a_bore_that_is_off_within_its_tolerance_is_no_gain_of_a_sensor(zero_n: 
     assert used.area_a_m2 / nominal.area_a_m2 == pytest.approx(1.03, abs=3e-3)
 
 
+@pytest.mark.parametrize("zero_n", [25.0, 3000.0])
+def test_a_zero_of_a_bench_of_any_size_is_found(zero_n: float) -> None:
+    """A fit takes the sensors' common zero in steps of the friction's size, and to any size. No
+    motion parts it from friction that differs by way, so the two are judged together.
+    """
+    recordings, known = bench(np.geomspace(0.004, 0.04, 5), zero_n=zero_n)
+    base = declared(Rig("bench", Path(), tuple(recordings), ()))
+    fit, _ = fit_base(Problem(series_of(recordings, known), base, False))
+    friction = fit.at.friction
+    lopsided_n = 0.5 * (friction.coulomb_minus_n - friction.coulomb_plus_n)
+    assert fit.at.zero_n + lopsided_n == pytest.approx(zero_n, abs=2.0)
+    assert (1.0 + fit.at.off["bore_m"]) ** 2 == pytest.approx(1.03, abs=3e-3)
+
+
 def test_one_recording_is_cut_into_quarters_that_hold_all_of_it() -> None:
     rig, _ = make_bench(SOUND)
     whole = rig.identify[0]
