@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from synthetic_bench import bench
 
+from testbed.benchmarks.diagnosis.bench_laws import ON_A_DRIVE, Motion
 from testbed.benchmarks.diagnosis.bench_rigs import make_bench
 from testbed.benchmarks.diagnosis.bench_trials import left_out, right, trial
 from testbed.diagnosis.leg.base_models import declared, fit_base
@@ -69,6 +70,42 @@ def test_a_zero_of_a_bench_of_any_size_is_found(zero_n: float) -> None:
     lopsided_n = 0.5 * (friction.coulomb_minus_n - friction.coulomb_plus_n)
     assert fit.at.zero_n + lopsided_n == pytest.approx(zero_n, abs=2.0)
     assert (1.0 + fit.at.off["bore_m"]) ** 2 == pytest.approx(1.03, abs=3e-3)
+
+
+def test_what_is_hidden_in_a_bench_is_the_machines_in_every_recording() -> None:
+    """One mass, one cushion, one slope, whatever the motion."""
+    slow, quick = _swings(2.0), _swings(4.0)
+    for name, of in (
+        ("inertia.mass", "acceleration_m_s2"),
+        ("force.cushion", "position_m"),
+        ("force.spring", "position_m"),
+    ):
+        x = np.concatenate([getattr(motion, of) for motion in (slow, quick)])
+        hidden = [
+            ON_A_DRIVE[name](motion, 5.0, np.random.default_rng(3)) for motion in (slow, quick)
+        ]
+        order = np.argsort(x)
+        assert np.abs(np.diff(np.concatenate(hidden)[order])).max() < 0.05 * np.ptp(hidden[1])
+        assert np.ptp(hidden[0]) > 0.01
+
+
+def _swings(period_s: float) -> Motion:
+    """A sine of 0.3 of a stroke of 0.25 m, to and fro."""
+    time_s = np.arange(8000) * 1e-3
+    rate = 2.0 * np.pi / period_s
+    position_m = 0.25 * (0.5 + 0.3 * (1.0 + 0.2 * (period_s > 3.0)) * np.sin(rate * time_s))
+    velocity_m_s = np.gradient(position_m, time_s)
+    still = np.zeros_like(time_s)
+    return Motion(
+        time_s,
+        position_m,
+        velocity_m_s,
+        np.gradient(velocity_m_s, time_s),
+        still,
+        still,
+        30.0,
+        0.25,
+    )
 
 
 def test_one_recording_is_cut_into_quarters_that_hold_all_of_it() -> None:
