@@ -40,7 +40,13 @@ is cut off (truncated) at the scenario's end; a climb by groups of swings also w
 within reach. Same seed, same bits. `render_mode`: `rgb_array`, `human`. Vectors:
 `gymnasium.make_vec(id, n, vectorization_mode="async")`, autoreset in the next or in the same step. A reset draws a
 machine; `reset(options={"same_machine": True})` begins again on the last one with other noise, a thirtieth of the work.
-`env.unwrapped.save()` and `restore(saved)` go back to any instant of the episode, to the last bit.
+`env.unwrapped.save()` and `restore(saved)` go back to any instant of the episode, to the last bit; an environment itself is
+not pickled.
+
+`info` has the truth of the step beside what is said above: `t_s` (s), `verdict`, `loads_n` (true normal loads at its end, N),
+and of the feet that are meant to carry `lowest_normal_n` (N), `friction_use` (mean over the step of the highest use; 1
+slides) and `feet_lost` (how many lost their load at some moment). An action beyond -1 to 1 is clipped; one that holds
+no numbers is refused.
 
 A scenario brings its own [machine](guides/own_machine.md). The ranges and rewards below are ROBOCLIMBER's; those of
 another machine follow from it: joints by how far they go, pressures by its transducers' range, all else by its size and

@@ -92,6 +92,9 @@ def _after_own_estimator() -> None:
         low = np.asarray(live[f"own_low_{leg}"])
         np.testing.assert_allclose(over[f"force_{leg}_n_low"].to_numpy(), low, atol=1e-3)
         np.testing.assert_allclose(load - low, 1000.0, atol=1e-2)
+    assert json.loads(Path("run/summary.json").read_text())["force_rms_n"]["own"] < 1000.0, (
+        "the areas of the shipped machine's cylinders leave no more than friction"
+    )
 
 
 def _after_own_gait() -> None:

@@ -20,7 +20,7 @@ from testbed.estimation.contact_losses import (
     score_contact,
 )
 from testbed.estimation.detectors import foot_scale as scales
-from testbed.estimation.detectors.single_force import SingleForce
+from testbed.estimation.detectors.single_force import MOST_SPREAD, SingleForce
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.files import check_file
 from testbed.formats.records import SET
@@ -116,6 +116,9 @@ def detect_file(recording: str | Path, out: str | Path, options: Options) -> dic
 
 
 def _scale(feet: RecordedFeet, foot: str, given_n: float | None) -> FootScale:
+    """What the states of a foot are judged by. A force that stays below what friction hides is that
+    of a foot in the air, for all that can be seen: its own size would be a scale of errors.
+    """
     force = feet.force_n[foot]
     if given_n is not None:
         nominal, nominal_from = given_n, "--scale"
@@ -123,6 +126,9 @@ def _scale(feet: RecordedFeet, foot: str, given_n: float | None) -> FootScale:
         nominal, nominal_from = feet.nominal_load_n, feet.nominal_load_from
     else:
         nominal, nominal_from = scales.nominal_load_n(force), "estimated from the force"
+        if feet.breakaway_n is not None and nominal < feet.breakaway_n:
+            nominal = feet.breakaway_n / MOST_SPREAD
+            nominal_from = "from the break-away force, which hides all there is"
     if feet.breakaway_n is not None:
         return FootScale(nominal, nominal_from, feet.breakaway_n, "declared")
     assumed = scales.assumed_breakaway_n(force, feet.time_s, nominal)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from synthetic_bench import bench
 
+from testbed.benchmarks.diagnosis.bench_laws import ON_A_DRIVE, Motion
 from testbed.benchmarks.diagnosis.bench_rigs import make_bench
 from testbed.benchmarks.diagnosis.bench_trials import left_out, right, trial
 from testbed.diagnosis.leg.base_models import declared, fit_base
@@ -55,6 +56,56 @@ def test_a_bore_that_is_off_within_its_tolerance_is_no_gain_of_a_sensor(zero_n: 
     assert [entry.name for entry in found.entries] == []
     used, nominal = found.models["refit"].known, rig.known
     assert used.area_a_m2 / nominal.area_a_m2 == pytest.approx(1.03, abs=3e-3)
+
+
+@pytest.mark.parametrize("zero_n", [25.0, 3000.0])
+def test_a_zero_of_a_bench_of_any_size_is_found(zero_n: float) -> None:
+    """A fit takes the sensors' common zero in steps of the friction's size, and to any size. No
+    motion parts it from friction that differs by way, so the two are judged together.
+    """
+    recordings, known = bench(np.geomspace(0.004, 0.04, 5), zero_n=zero_n)
+    base = declared(Rig("bench", Path(), tuple(recordings), ()))
+    fit, _ = fit_base(Problem(series_of(recordings, known), base, False))
+    friction = fit.at.friction
+    lopsided_n = 0.5 * (friction.coulomb_minus_n - friction.coulomb_plus_n)
+    assert fit.at.zero_n + lopsided_n == pytest.approx(zero_n, abs=2.0)
+    assert (1.0 + fit.at.off["bore_m"]) ** 2 == pytest.approx(1.03, abs=3e-3)
+
+
+def test_what_is_hidden_in_a_bench_is_the_machines_in_every_recording() -> None:
+    """One mass, one cushion, one slope, whatever the motion."""
+    slow, quick = _swings(2.0), _swings(4.0)
+    for name, of in (
+        ("inertia.mass", "acceleration_m_s2"),
+        ("force.cushion", "position_m"),
+        ("force.spring", "position_m"),
+    ):
+        x = np.concatenate([getattr(motion, of) for motion in (slow, quick)])
+        hidden = [
+            ON_A_DRIVE[name](motion, 5.0, np.random.default_rng(3)) for motion in (slow, quick)
+        ]
+        order = np.argsort(x)
+        assert np.abs(np.diff(np.concatenate(hidden)[order])).max() < 0.05 * np.ptp(hidden[1])
+        assert np.ptp(hidden[0]) > 0.01
+
+
+def _swings(period_s: float) -> Motion:
+    """A sine of 0.3 of a stroke of 0.25 m, to and fro."""
+    time_s = np.arange(8000) * 1e-3
+    rate = 2.0 * np.pi / period_s
+    position_m = 0.25 * (0.5 + 0.3 * (1.0 + 0.2 * (period_s > 3.0)) * np.sin(rate * time_s))
+    velocity_m_s = np.gradient(position_m, time_s)
+    still = np.zeros_like(time_s)
+    return Motion(
+        time_s,
+        position_m,
+        velocity_m_s,
+        np.gradient(velocity_m_s, time_s),
+        still,
+        still,
+        30.0,
+        0.25,
+    )
 
 
 def test_one_recording_is_cut_into_quarters_that_hold_all_of_it() -> None:
@@ -114,6 +165,33 @@ def test_a_damper_has_no_name_a_spring_has_one_and_a_sound_drive_lacks_nothing()
     runs = told["error_of_runs_left_out_n"]
     assert all(runs["after"][run] < runs["identify"][run] for run in runs["identify"])
     assert "each left out in turn" in page(sprung)
+
+
+@pytest.mark.slow
+def test_a_mass_beyond_its_tolerance_is_told_against_what_is_declared() -> None:
+    """3 % more is within three times the 2 % that a declared mass may be off; 15 % more is not, and
+    the 6 % that the tolerance takes up belong to it.
+    """
+    rig, _ = make_bench(SOUND)
+    mass_kg = rig.known.moving_mass_kg or 0.0
+    assert diagnose(_declaring(rig, mass_kg / 1.03)).verdict.kind == "none"
+    found = diagnose(_declaring(rig, mass_kg / 1.15))
+    (entry,) = found.entries
+    low, high = entry.parameters["mass"].interval90 or (0.0, 0.0)
+    assert entry.name == "inertia.mass"
+    assert low < mass_kg - mass_kg / 1.15 < high < 0.2 * mass_kg and low > 0.06 * mass_kg
+    assert found.models["after"].known.moving_mass_kg == pytest.approx(mass_kg / 1.15)
+    assert found.models["refit"].known.moving_mass_kg == pytest.approx(1.06 * mass_kg / 1.15)
+
+
+def _declaring(rig: Rig, mass_kg: float) -> Rig:
+    """The rig with another mass declared."""
+    known = rig.known.model_copy(update={"moving_mass_kg": mass_kg})
+    identify, verify = (
+        tuple(replace(r, header=r.header.model_copy(update={"known": known})) for r in recordings)
+        for recordings in (rig.identify, rig.verify)
+    )
+    return replace(rig, identify=identify, verify=verify)
 
 
 def test_a_family_is_judged_by_numbers_that_were_fitted_without_it() -> None:

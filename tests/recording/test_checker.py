@@ -16,7 +16,7 @@ from planted import FAULTS, REFERENCE, load, planted
 from testbed.cli import main
 from testbed.errors import InputError
 from testbed.machine.build import build_machine
-from testbed.recording.checker.balance import Forces, leaves_fewer_newtons
+from testbed.recording.checker.balance import Forces, _scaled_or_open, leaves_fewer_newtons
 from testbed.recording.checker.check import check_recording
 from testbed.recording.checker.motion import Even
 from testbed.recording.checker.raw import Raw, read_raw, repetitions
@@ -315,3 +315,13 @@ def test_a_step_is_told_in_the_unit_in_which_it_is_declared(tmp_path: Path) -> N
     (step,) = [one for one in found if "resolution" in one.what]
     assert step.evidence == "steps of 0.1 mm in the table, 0.0001 mm declared"
     assert step.advice == "put channels.position.resolution right: the smallest step, mm"
+
+
+@pytest.mark.parametrize(
+    ("channel", "declared"), [("actuator_force", "moving mass"), ("pressure_a", "bore")]
+)
+def test_another_scale_is_put_down_to_what_a_rig_declares(channel: str, declared: str) -> None:
+    """A drive whose mass is another one balances with another scale of its force, too."""
+    forces = Forces(Even(1000.0, np.zeros(2), np.zeros(2), {}), Known())
+    (found,) = _scaled_or_open(forces, [(0.01, channel, 0.86)], 0.04)
+    assert declared in found.advice

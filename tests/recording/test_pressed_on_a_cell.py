@@ -76,3 +76,31 @@ def test_a_piston_that_goes_against_an_open_valve_is_found() -> None:
     command[rising] = -0.1
     (found,) = frozen_command(pressed(command, way_m=0.02))
     assert found.what == "stays at one value while the piston goes against it"
+
+
+ANSWERS_S = 0.03
+"""How long a heavy piston runs on: its valve is thrown over while it goes at 0.3 m/s."""
+
+
+def thrown_over(command: np.ndarray) -> Raw:
+    """A piston that goes in and out at 0.3 m/s as its valve is thrown over each second."""
+    speed_m_s = 0.3 * np.where(TIME_S % 2.0 < 1.0, -1.0, 1.0)
+    late = np.exp(-TIME_S[:200] / ANSWERS_S)
+    speed_m_s = np.convolve(np.pad(speed_m_s, (199, 0), "edge"), late / late.sum(), "valid")
+    series = {"position": 0.5 + np.cumsum(speed_m_s) * 1e-3, "valve_command": command}
+    return Raw("leg", "vertical-leg", None, TIME_S, series, {}, {})
+
+
+def test_a_piston_that_runs_on_while_its_valve_is_thrown_over_has_no_frozen_command() -> None:
+    command = np.where(TIME_S % 2.0 < 1.0, -1.0, 1.0)
+    raw = thrown_over(command)
+    turn = raw.series["position"][1000:1200]
+    assert turn[0] - turn.min() > 2e-3, "it runs on by millimetres"
+    assert list(frozen_command(raw)) == []
+
+
+def test_a_command_that_stays_while_such_a_piston_goes_both_ways_is_found() -> None:
+    command = np.where(TIME_S % 2.0 < 1.0, -1.0, 1.0)
+    command[1000:4000] = 1.0
+    (found,) = frozen_command(thrown_over(command))
+    assert found.what == "stays at one value while the piston goes both ways"

@@ -180,6 +180,26 @@ def test_two_kilograms_are_judged_as_a_tonne_is(tmp_path: Path) -> None:
     assert np.mean(states[0] != states[1]) < 1e-3  # a table of text has other last digits
 
 
+def test_a_force_that_friction_hides_is_that_of_a_foot_in_the_air(tmp_path: Path) -> None:
+    """50 N to and fro, of a seal that hides 400 N: the scale is the seal's, not the errors' own."""
+    walk = replace(WALK, noise=0.0)
+    foot, out = _foot(tmp_path / "foot", walk, {"breakaway_n": 400.0}), tmp_path / "out.csv"
+    time = walk.draw()[0]
+    noise = 10.0 * np.random.default_rng(3).standard_normal(len(time))
+    error = 50.0 * np.sin(2.0 * np.pi * time) + noise
+    write_columns(foot / "data.csv", {"t": time, "F": error})
+    header = read_mapping(foot / "recording.yaml")
+    del header["channels"]["contact"]
+    write_yaml(foot / "recording.yaml", header | {"reference_force": {"kind": "free"}})
+    done = _detect(foot, "--out", out)
+    assert done["feet"]["foot"]["missed_s"] == 0.0
+    assert done["feet"]["foot"]["called_lost_share"] == 1.0
+    write_columns(foot / "data.csv", {"t": time, "F": error + 1000.0 * (time > 10.0)})
+    loaded = _detect(foot, "--out", out)
+    assert loaded["scale"]["foot"]["nominal_load_from"] == "estimated from the force"
+    assert loaded["feet"]["foot"]["called_lost_share"] == pytest.approx(1.0 / 3.0, abs=0.01)
+
+
 def test_the_scale_given_wins_and_decides_what_a_loss_is(tmp_path: Path) -> None:
     foot, out = _foot(tmp_path / "foot", WALK, {"nominal_load_n": 1.0}), tmp_path / "out.csv"
     done = _detect(foot, "--out", out, "--scale", 9500)

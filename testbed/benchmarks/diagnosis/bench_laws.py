@@ -157,6 +157,13 @@ OUTSIDE: dict[str, Law] = {
 }
 
 
+USUAL_1_S2 = 2.5
+"""Acceleration of these motions by their stroke. What is hidden is the machine's: the same in every
+recording of a rig, whatever the motion."""
+DRAWN_IN, CUSHION = 0.14, 0.36
+"""Shares of the stroke: about the least extension of these motions, and where a cushion begins."""
+
+
 def along(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
     """friction.position, its slope such that it is worth `size_n` at the ends."""
     return 3.0 * size_n * motion.direction * (motion.position_m / motion.stroke_m - 0.5)
@@ -164,13 +171,15 @@ def along(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
 
 def presliding(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
     """friction.presliding: the Coulomb level builds up over some millimetres."""
-    reach = float(np.ptp(motion.position_m)) * rng.uniform(0.02, 0.06)
+    reach = motion.stroke_m * rng.uniform(0.015, 0.045)
     return soft_bristle(motion, motion.level_n, reach) - motion.level_n * motion.direction
 
 
 def mass(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
-    """inertia.mass of a level axis, as large as the Coulomb level; its size is not `size_n`."""
-    return motion.level_n * motion.acceleration_m_s2 / float(np.std(motion.acceleration_m_s2))
+    """inertia.mass of a level axis, at USUAL_1_S2 as large as the Coulomb level; its size is not
+    `size_n`.
+    """
+    return motion.level_n * motion.acceleration_m_s2 / (USUAL_1_S2 * motion.stroke_m)
 
 
 def spring(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
@@ -180,9 +189,8 @@ def spring(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
 
 def cushion(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
     """force.cushion: near the retracted end."""
-    low, high = np.percentile(motion.position_m, [1.0, 99.0])
-    start = low + 0.3 * (high - low)
-    return np.asarray(-5.0 * size_n * np.maximum(start - motion.position_m, 0.0) / (start - low))
+    start, reach = CUSHION * motion.stroke_m, (CUSHION - DRAWN_IN) * motion.stroke_m
+    return np.asarray(-5.0 * size_n * np.maximum(start - motion.position_m, 0.0) / reach)
 
 
 def pressing(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:

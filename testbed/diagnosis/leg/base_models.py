@@ -12,6 +12,7 @@ from testbed.diagnosis.leg.evidence import evidence
 from testbed.diagnosis.leg.fit import Fit, solve
 from testbed.diagnosis.leg.points import (
     DECLARED,
+    MOST_N,
     NUISANCE,
     ZERO,
     Point,
@@ -78,9 +79,13 @@ METERING = (
 """A valve differs from its plate, and its edges from each other: never a finding."""
 MOST_LATE, USUAL_LATE = 3.0, 0.75
 """Samples by which a command may act later or earlier than a row of the usual recorder says."""
-ZERO_FORCE = (Coordinate(ZERO, "zero_n", 0.0, -1e3, 1e3, 1.0),)
-"""Of a bench's pressure sensor and load cell, of a drive's force: nobody declares them, and they
-are no finding."""
+
+
+def zero_force(force_scale: float) -> Coordinate:
+    """Of a bench's pressure sensor and load cell, of a drive's force: nobody declares them, and
+    they are no finding. `force_scale`: that of the rig's friction, N, by which a step goes.
+    """
+    return Coordinate(ZERO, "zero_n", 0.0, -MOST_N, MOST_N, force_scale)
 
 
 def declared(rig: Rig, identified: LegModel | None = None) -> LegModel:
@@ -202,7 +207,7 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     if problem.with_flow:
         coordinates += [*METERING, _clocked(problem)]
     if problem.kind in ("cylinder", "drive"):
-        coordinates += ZERO_FORCE
+        coordinates.append(zero_force(scale))
     if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:
         friction = _fit_mass(problem, coordinates, friction)
         start = Point(friction, Edges(), problem.believed)

@@ -238,16 +238,25 @@ def solve(
             scale = scales(problem, r)
         if gain < LEAST_GAIN and iteration > 0:
             break
-    w = weights(problem, r, scale)
-    h, _ = normal(jac, r, w, unit)
+    at = point(coordinates, theta, fixed)
+    return with_covariance(problem, tuple(coordinates), theta, at, (r, jac, scale))
+
+
+def with_covariance(
+    problem: Problem,
+    coordinates: tuple[Coordinate, ...],
+    theta: Array,
+    at: Point,
+    found: tuple[dict[str, Array], dict[str, Array], dict[str, Array]],
+) -> Fit:
+    """The fit at a vector, with its covariance; `found`: residual, Jacobian and noise there."""
+    residual, jac, scale = found
+    unit = np.array([coordinate.scale for coordinate in coordinates])
+    h, _ = normal(jac, residual, weights(problem, residual, scale), unit)
     prior_h, _ = prior(coordinates, theta, unit)
-    covariance = np.asarray(
-        np.linalg.pinv(h + prior_h + 1e-9 * np.eye(len(unit))) * np.outer(unit, unit),
-        dtype=np.float64,
-    )
-    return Fit(
-        tuple(coordinates), theta, point(coordinates, theta, fixed), r, jac, scale, covariance
-    )
+    inverse = np.linalg.pinv(h + prior_h + 1e-9 * np.eye(len(unit)))
+    covariance = np.asarray(inverse * np.outer(unit, unit), dtype=np.float64)
+    return Fit(coordinates, theta, at, residual, jac, scale, covariance)
 
 
 def bounds(coordinates: Sequence[Coordinate]) -> tuple[Array, Array]:

@@ -26,8 +26,8 @@ retraction.
 """
 STRIBECK_M_S, TYPICAL_STRIBECK_M_S = (5e-4, 0.3), 0.01
 """Bounds and middle of the Stribeck speeds."""
-MOST = 1e6
-"""Bound of every other number of (5), SI."""
+MOST_N = 1e6
+"""Bound of every other number of (5), and of the sensors' zero, SI."""
 
 
 def friction_coordinates(friction: Friction, force_scale: float) -> list[Coordinate]:
@@ -40,9 +40,9 @@ def friction_coordinates(friction: Friction, force_scale: float) -> list[Coordin
             prior = (float(np.log(TYPICAL_STRIBECK_M_S)), 1.0)
             out.append(Coordinate(FRICTION, name, start, *STRIBECK_M_S, 0.5, log=True, prior=prior))
         elif "viscous" in name:
-            out.append(Coordinate(FRICTION, name, value, -MOST, MOST, 10.0 * force_scale))
+            out.append(Coordinate(FRICTION, name, value, -MOST_N, MOST_N, 10.0 * force_scale))
         else:
-            out.append(Coordinate(FRICTION, name, max(value, 0.0), 0.0, MOST, force_scale))
+            out.append(Coordinate(FRICTION, name, max(value, 0.0), 0.0, MOST_N, force_scale))
     return out
 
 
@@ -54,7 +54,7 @@ class Point:
     edges: Edges
     effects: tuple[Active, ...]
     zero_n: float = 0.0
-    """Of the sensors together, as a force downwards; see base_models.ZERO_FORCE."""
+    """Of the sensors together, as a force downwards; see base_models.zero_force."""
     off: Mapping[str, float] = field(default_factory=dict)
     """Declared number -> share by which the machine's is larger; see
     base_models.within_tolerance.

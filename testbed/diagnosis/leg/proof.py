@@ -2,7 +2,8 @@
 a whole a fourth.
 
 1. The 90 % interval of its size excludes zero (and what the tolerance of a declared number would
-explain).
+explain). An effect that says that a declared number is another one is told against what is
+declared: no data part it from what the tolerance took up.
 2. With it, recordings left out are predicted better than by the best identified model without it.
 3. A repeat of the rig would name it again: it is in the best set of at least REPEATED of the
 bootstrap's draws.
@@ -20,9 +21,10 @@ from dataclasses import dataclass, field, replace
 
 from testbed.diagnosis.leg.entries import entries_of, memory_of
 from testbed.diagnosis.leg.evidence import evidence, of_residual
-from testbed.diagnosis.leg.fit import Fit, solve
-from testbed.diagnosis.leg.points import restarted
+from testbed.diagnosis.leg.fit import Fit, solve, with_covariance
+from testbed.diagnosis.leg.points import DECLARED, point, restarted
 from testbed.diagnosis.leg.prediction import block_covariance, held_out
+from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.resampled import Names, share_of, wins
 from testbed.diagnosis.leg.runs import RunErrors, Runs, overall, worst_ratio
 from testbed.diagnosis.leg.search import Candidate, Search
@@ -79,7 +81,7 @@ def proven(state: Search, recordings: tuple[Recording, ...]) -> Proof:
     runs = Runs.of(state.problem, recordings)
     errors = _RunErrors(state, runs)
     identified, refit = runs.identified(), errors.of(state.refit)
-    kept, refused = state.best or state.refit, {}
+    kept, refused = _told(state, state.best or state.refit), {}
     won = wins(state)
     while kept.names:
         trials = {name: trial(state, kept, name, won) for name in kept.names}
@@ -89,7 +91,7 @@ def proven(state: Search, recordings: tuple[Recording, ...]) -> Proof:
             if not trial.excludes_zero and _shapes(kept, name)
         ]
         if bent:
-            kept = plain(state, kept, bent[0])
+            kept = _told(state, plain(state, kept, bent[0]))
             continue
         if all(trial.failed is None for trial in trials.values()):
             trials = {
@@ -105,7 +107,7 @@ def proven(state: Search, recordings: tuple[Recording, ...]) -> Proof:
             break
         out = min(failed, key=lambda name: trials[name].repeated)
         refused[out] = reasons[out]
-        kept = without(state, kept, out)
+        kept = _told(state, without(state, kept, out))
     return Proof(
         kept,
         won,
@@ -187,19 +189,63 @@ def plain(state: Search, candidate: Candidate, name: str) -> Candidate:
     return found
 
 
+def _told(state: Search, candidate: Candidate) -> Candidate:
+    """The candidate with its declared numbers as declared, where an effect of it says otherwise."""
+    fit = told_against_declared(state.problem, candidate.fit)
+    if fit is candidate.fit:
+        return candidate
+    told = replace(candidate, fit=fit)
+    state.tried[frozenset(told.names)] = told
+    return told
+
+
+def told_against_declared(problem: Problem, fit: Fit) -> Fit:
+    """The fit with what a tolerance took up of a declared number given to the effect that says that
+    this number is another one. Both make the same forces, so the residuals are the same; what is
+    left to be uncertain is how far the machine is from what is declared.
+    """
+    for active in fit.at.effects:
+        number = active.effect.declared_as
+        size = (active.effect.name, active.effect.required[0])
+        shaped = any((active.effect.name, shape) in owned(fit) for shape in active.effect.shapes)
+        if number is None or number not in fit.at.off or size not in owned(fit) or shaped:
+            continue
+        taken = float(getattr(problem.base.known, number)) * fit.at.off[number]
+        keep = [place for place, one in enumerate(owned(fit)) if one != (DECLARED, number)]
+        theta = fit.theta.copy()
+        theta[owned(fit).index(size)] += taken
+        coordinates = tuple(fit.coordinates[place] for place in keep)
+        off = {name: share for name, share in fit.at.off.items() if name != number}
+        at = point(coordinates, theta[keep], replace(fit.at, off=off))
+        jac = {channel: columns[:, keep] for channel, columns in fit.jacobian.items()}
+        fit = with_covariance(problem, coordinates, theta[keep], at, (fit.residual, jac, fit.scale))
+    return fit
+
+
+def owned(fit: Fit) -> list[tuple[str, str]]:
+    """(owner, name) of a fit's coordinates, in their order."""
+    return [(coordinate.owner, coordinate.name) for coordinate in fit.coordinates]
+
+
 def without(state: Search, candidate: Candidate, name: str) -> Candidate:
     """The set less one name: as it was tried, or fitted now."""
     rest = frozenset(candidate.names) - {name}
     if rest not in state.tried:
+        number, fitted = (DECLARED, by_name(name).declared_as), candidate.fit
+        tolerated = [
+            coordinate
+            for coordinate in state.refit.fit.coordinates
+            if (coordinate.owner, coordinate.name) == number and number not in owned(fitted)
+        ]
         at = replace(
-            candidate.fit.at,
-            effects=tuple(
-                effect for effect in candidate.fit.at.effects if effect.effect.name != name
-            ),
+            fitted.at,
+            effects=tuple(effect for effect in fitted.at.effects if effect.effect.name != name),
+            off={one.name: state.refit.fit.at.off[one.name] for one in tolerated}
+            | dict(fitted.at.off),
         )
         coordinates = [
             restarted(coordinate, at)
-            for coordinate in candidate.fit.coordinates
+            for coordinate in (*fitted.coordinates, *tolerated)
             if coordinate.owner != name
         ]
         fit = solve(state.problem, coordinates, at)
@@ -226,8 +272,9 @@ def _excludes_zero(state: Search, fit: Fit, entry: EffectEntry) -> bool:
         return True
     low, high = size.interval90
     number, known = effect.declared_as, state.problem.base.known
-    if number is not None and number in fit.at.off:  # together with what the tolerance took up
+    if number is not None and number in state.refit.fit.at.off:
         declared = float(getattr(known, number))
-        moved, most = declared * fit.at.off[number], MOST * declared * known.tolerance(number)
+        moved = declared * fit.at.off.get(number, 0.0)  # what the tolerance took up
+        most = MOST * declared * known.tolerance(number)
         return low + moved > most or high + moved < -most
     return low > 0.0 or high < 0.0

@@ -330,13 +330,14 @@ def _scaled_or_open(forces: Forces, scales: Sequence[Scale], as_it_is: float) ->
     if scales and len(far) == len(scales):
         left, label, factor = far[0]
         others = ", ".join(f"{other}: by {by:.3g}" for _, other, by in far[1:])
+        declared = "moving mass" if label == "actuator_force" else "bore"
         yield Finding(
             "error",
             label,
             f"has another scale: the forces balance once it is multiplied by {factor:.3g}"
             + (f" (or {others})" if others else ""),
             f"{shares}, {100 * left:.2g} % then",
-            "put its unit, its calibration or the bore right",
+            f"put its unit, its calibration or the declared {declared} right",
         )
     elif not scales and as_it_is > DOES_NOT_CLOSE and "pressure_a" in forces.even.series:
         yield Finding(

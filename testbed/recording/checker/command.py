@@ -32,7 +32,8 @@ def frozen_command(raw: Raw) -> Iterator[Finding]:
     first, length = repetitions(command)
     for index in np.flatnonzero(length > FEWEST):
         stretch = slice(int(first[index]), int(first[index] + length[index]))
-        way, pressed = _there_and_back(position[stretch]), _pressed_and_let_go(raw, stretch)
+        obeyed = slice(_obeyed(raw, stretch), stretch.stop)
+        way, pressed = _there_and_back(position[obeyed]), _pressed_and_let_go(raw, stretch)
         against = _against(raw, stretch)
         if way > REVERSED_M:
             yield _held(raw, stretch, "goes both ways", f"goes {1e3 * way:.3g} mm and back")
@@ -41,6 +42,18 @@ def frozen_command(raw: Raw) -> Iterator[Finding]:
         elif pressed > REVERSED_SHARE:
             share = f"{100 * pressed:.2g} % of the load cell's span"
             yield _held(raw, stretch, "presses and lets go", f"presses by {share} and lets go")
+
+
+def _obeyed(raw: Raw, stretch: slice) -> int:
+    """The row from which the piston goes as it is told, before spool and oil must have answered: a
+    mass runs on against a valve that is thrown over, and turns round once.
+    """
+    first = int(stretch.start)
+    command = float(raw.series["valve_command"][first])
+    if abs(command) < OPEN:
+        return first
+    answered = min(first + round(ANSWERS_S / _step_s(raw)) + 1, stretch.stop)
+    return first + int(np.argmin(np.sign(command) * raw.series["position"][first:answered]))
 
 
 def _held(raw: Raw, stretch: slice, what: str, how: str) -> Finding:
