@@ -29,7 +29,6 @@ from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.diagnosis.robot.probabilities import (
     FILE,
     NO_NAME,
-    Names,
     RobotSigns,
     Weighed,
     chances,
@@ -150,12 +149,15 @@ def restated(trials: Sequence[Trial], numbers: Mapping[str, float]) -> list[Tria
     """The trials with the probabilities, the verdict and the names that these numbers would
     give.
     """
-    return [_restated(t, distribution(RobotSigns.from_json(t["signs"]), numbers)) for t in trials]
+    return [_restated(t, numbers) for t in trials]
 
 
-def _restated(trial: Trial, found: Mapping[Names, float]) -> Trial:
-    """A trial with these probabilities of sets of names, and what the diagnosis says of them."""
-    said = leading(found)
+def _restated(trial: Trial, numbers: Mapping[str, float]) -> Trial:
+    """A trial with the probabilities of sets of names that these numbers give, and what the
+    diagnosis says of them.
+    """
+    found = distribution(RobotSigns.from_json(trial["signs"]), numbers)
+    said = leading(found, numbers["lapse"])
     verdict = "none" if not said else "unnamed" if said == NO_NAME else "effect"
     names = list(said) if verdict == "effect" else []
     return {**restate(trial, found), "verdict": verdict, "names": names}
