@@ -81,7 +81,7 @@ def held_of(tension_n: Array) -> Array:
     index = np.arange(len(tension_n))
     reach = range(-HELD_BINS, HELD_BINS + 1)
     near = np.array([tension_n[np.clip(index + k, 0, len(index) - 1)] for k in reach])
-    return np.clip(np.ptp(near, axis=0) / HELD_N - HARDLY, 0.0, 1.0)
+    return np.asarray(np.clip(np.ptp(near, axis=0) / HELD_N - HARDLY, 0.0, 1.0))
 
 
 def returning(held: Array, traction: Traction, step_s: float) -> Array:
@@ -92,8 +92,8 @@ def returning(held: Array, traction: Traction, step_s: float) -> Array:
     lasts_s = traction.stroke_m / traction.return_speed_m_s + 2.0 * traction.clamp_s
     later = range(1 + int(np.ceil(lasts_s / step_s)))
     begun = np.array([np.vstack([np.zeros((k, 2)), held[: len(held) - k]]) for k in later])
-    goes_back: Array = begun.max(axis=0).sum(axis=1)
-    return goes_back * traction.annulus_area_m2 * traction.return_speed_m_s
+    goes_back = begun.max(axis=0).sum(axis=1)
+    return np.asarray(goes_back * traction.annulus_area_m2 * traction.return_speed_m_s)
 
 
 def along_ropes(bins: Bins, robot: Robot, ropes_in_world: Array) -> Array:
