@@ -90,9 +90,10 @@ def returning(held: Array, traction: Traction, step_s: float) -> Array:
     tension does not show it.
     """
     lasts_s = traction.stroke_m / traction.return_speed_m_s + 2.0 * traction.clamp_s
-    later = range(1 + int(np.ceil(lasts_s / step_s)))
-    begun = np.array([np.vstack([np.zeros((k, 2)), held[: len(held) - k]]) for k in later])
-    goes_back = begun.max(axis=0).sum(axis=1)
+    lasts = int(np.ceil(lasts_s / step_s))
+    padded = np.vstack([np.zeros((lasts, held.shape[1])), held])
+    begun = [padded[k : k + len(held)] for k in range(lasts + 1)]
+    goes_back = np.max(begun, axis=0).sum(axis=1)
     return np.asarray(goes_back * traction.annulus_area_m2 * traction.return_speed_m_s)
 
 
