@@ -213,8 +213,14 @@ def fit_bench_diagnosis(folders: Folders, out: File = None) -> None:
     print(fit_file(folders, out))
 
 
-def fit_robot_diagnosis(folders: Folders, out: File = None) -> None:
+def fit_robot_diagnosis(
+    folders: Folders,
+    out: File = None,
+    keep_sound: Annotated[
+        bool, typer.Option(help="Leave what sound machines reach as it is shipped.")
+    ] = False,
+) -> None:
     """Fit the numbers of the robot's diagnosis to runs of `testbed lab robot-diagnosis`."""
     from testbed.benchmarks.diagnosis.robot_calibration import fit_file
 
-    print(fit_file(folders, out))
+    print(fit_file(folders, out, keep_sound))

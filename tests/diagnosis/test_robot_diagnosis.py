@@ -159,6 +159,15 @@ def test_a_name_is_stated_no_surer_than_names_have_been_right(right: int) -> Non
     assert len(said) == 20 and np.mean(stated) == pytest.approx(right / 20, abs=0.03)
 
 
+def test_what_sound_machines_reach_may_stay_as_more_runs_told_it() -> None:
+    trials = [run_trial(k, GAIN, GAIN, 60.0 + k) for k in range(20)]
+    trials += [run_trial(20 + k, [], [], 5.0 + 0.2 * k) for k in range(20)]
+    known = {sort_of(GAIN[0]): 11.5}
+    kept, own = fit(trials, known), fit(trials)
+    assert kept["sound"] == known and own["sound"] != known
+    assert set(kept) == set(own)
+
+
 def test_evidence_counts_less_and_less() -> None:
     counted = tempered(np.array([-5.0, 0.1, 10.0, 1000.0]), 20.0)
     np.testing.assert_allclose(counted[:2], [-5.0, 0.1], rtol=3e-3)

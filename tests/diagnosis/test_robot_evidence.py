@@ -92,6 +92,22 @@ def test_several_names_that_are_alike_are_together_no_sound_machine() -> None:
     assert leading({(): 0.2, (LEFT,): 0.35, NO_NAME: 0.45}) == NO_NAME
 
 
+@pytest.mark.parametrize(("nameless", "said"), [(0.42, (LEFT,)), (0.48, NO_NAME)])
+def test_that_names_were_wrong_at_times_does_not_speak_for_what_no_name_covers(
+    nameless: float, said: tuple[str, ...]
+) -> None:
+    lapse, two = 0.2, 1.0 - nameless
+    kept = (1.0 - lapse) * two
+    weights = {(LEFT,): 0.6 * kept, (RIGHT,): 0.4 * kept, NO_NAME: nameless + lapse * two}
+    assert sum(weights.values()) == pytest.approx(1.0)
+    assert weights[NO_NAME] > kept
+    assert leading(weights, lapse) == said
+
+
+def test_a_name_that_lapses_leave_less_likely_than_a_sound_machine_is_not_said() -> None:
+    assert leading({(): 0.45, (LEFT,): 0.44, NO_NAME: 0.11}, 0.2) == ()
+
+
 def test_what_an_earlier_recording_shows_leaves_a_share_of_the_tolerances() -> None:
     rng = np.random.default_rng(3)
     before, after = group(rng.normal(size=30), 3), group(rng.normal(size=30), 4)

@@ -126,3 +126,46 @@ def test_ropes_that_are_hauled_ask_for_their_load_and_perhaps_when_the_body_hard
     unit = body.machine.power_unit
     asked = np.minimum(hauling.load_pa + unit.load_sensing_margin_pa, unit.supply_pressure_pa)
     assert more[5:-5] == pytest.approx(asked[5:-5] - unit.standby_pressure_pa, rel=0.1)
+
+
+def jumped(bins: Bins, bin_s: float) -> Bins:
+    """The bins with the left rope's tension risen by half at once, at this time."""
+    rises = 0.5 * TENSION_N * (bins.time_s > bin_s)
+    return replace(bins, tension_n=bins.tension_n + rises[:, None] * [1.0, 0.0])
+
+
+def test_a_device_that_changes_its_grip_may_draw_its_way_back_until_that_is_over() -> None:
+    _, bins, _, body = still(np.zeros(750))
+    traction = body.machine.traction.model_copy(update={"stroke_m": 0.06, "clamp_s": 0.1})
+    machine = body.machine.model_copy(update={"traction": traction})
+    quick = replace(body, machine=machine)
+    lasts_s = 0.06 / traction.return_speed_m_s + 2.0 * 0.1
+    back = hauling_of(jumped(bins, 1.0), quick, ROPES).returning_m3_s
+    one = traction.annulus_area_m2 * traction.return_speed_m_s
+    after = bins.time_s - 1.0
+    assert back[(after > 0.1) & (after < lasts_s)] == pytest.approx(one)
+    assert not back[(after < -0.6) | (after > lasts_s + 0.8)].any()
+    assert not hauling_of(bins, quick, ROPES).returning_m3_s.any()
+
+
+def test_a_pump_that_devices_on_their_way_back_may_ask_for_all_it_gives_is_not_known() -> None:
+    pressure = LOAD_PA + 0.3e6
+    oils, bins, frame, body = still(np.full(750, 0.6), pressure)
+    traction = body.machine.traction
+    back = traction.annulus_area_m2 * traction.return_speed_m_s
+    drawn = float(believed(np.full(750, 0.6), pressure).drawn_m3_s.mean())
+
+    def unsure(full_flow_m3_s: float, tension: Bins) -> Array:
+        unit = body.machine.power_unit.model_copy(update={"full_flow_m3_s": full_flow_m3_s})
+        machine = body.machine.model_copy(update={"power_unit": unit})
+        hauling = hauling_of(tension, body, ROPES)
+        found = supply_of(oils, bins, frame, machine, hauling)
+        return np.sqrt(np.diag(found.noise))
+
+    later = bins.time_s > 2.0
+    tight, ample = (
+        unsure(flow, jumped(bins, 1.0))[later] / unsure(flow, bins)[later]
+        for flow in (drawn + back, 2.0 * (drawn + back))
+    )
+    assert tight.min() > 5.0
+    assert ample == pytest.approx(1.0, abs=0.01)

@@ -29,7 +29,6 @@ from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.diagnosis.robot.probabilities import (
     FILE,
     NO_NAME,
-    Names,
     RobotSigns,
     Weighed,
     chances,
@@ -62,7 +61,7 @@ SOUND_SHARE = 0.93
 motion in which it reaches most (E).
 """
 SOUND = "clean"
-COMMAND = "testbed lab fit-robot-diagnosis"
+COMMAND, KEEP_SOUND = "testbed lab fit-robot-diagnosis", " --keep-sound"
 
 
 def unpacked(moved: Array) -> Numbers:
@@ -70,14 +69,12 @@ def unpacked(moved: Array) -> Numbers:
     return {k: float(v * np.exp(by)) for (k, v), by in zip(START.items(), moved, strict=True)}
 
 
-def fit(trials: Sequence[Trial]) -> Numbers:
-    """The numbers with the least loss on these runs."""
+def fit(trials: Sequence[Trial], sound: Mapping[str, float] | None = None) -> Numbers:
+    """The numbers with the least loss on these runs; `sound`: what each sort of effect reaches in
+    sound machines, where these runs are not to tell it.
+    """
     runs = [(RobotSigns.from_json(t["signs"]), target(t)) for t in trials]
-    clean = [(s, t["motion"]) for (s, _), t in zip(runs, trials, strict=True) if t["kind"] == SOUND]
-    sound: dict[str, float] = {}
-    for motion in MOTIONS:  # the motion of a sound machine that looks most like the effect
-        reach = sound_reach([signs for signs, made in clean if made == motion])
-        sound = {k: max(sound.get(k, 0.0), reach.get(k, 0.0)) for k in sorted({*sound, *reach})}
+    sound = dict(sound or sound_of(trials))
     weighed = [(Weighed.of(signs, {"sound": sound}), truth) for signs, truth in runs]
     asked = [(w, _rows(w, truth), not truth) for w, truth in weighed]
 
@@ -95,6 +92,17 @@ def fit(trials: Sequence[Trial]) -> Numbers:
 def _rows(weighed: Weighed, truth: frozenset[str]) -> Flags:
     """(k,) which of the sets is the truth."""
     return np.array([frozenset(names) == truth for names in weighed.names], dtype=bool)
+
+
+def sound_of(trials: Sequence[Trial]) -> dict[str, float]:
+    """`sound_reach` in the motion of a sound machine that looks most like the effect."""
+    clean = [t for t in trials if t["kind"] == SOUND]
+    out: dict[str, float] = {}
+    for motion in MOTIONS:
+        signs = [RobotSigns.from_json(t["signs"]) for t in clean if t["motion"] == motion]
+        reach = sound_reach(signs)
+        out = {k: max(out.get(k, 0.0), reach.get(k, 0.0)) for k in sorted({*out, *reach})}
+    return out
 
 
 def sound_reach(runs: Sequence[RobotSigns]) -> dict[str, float]:
@@ -150,21 +158,26 @@ def restated(trials: Sequence[Trial], numbers: Mapping[str, float]) -> list[Tria
     """The trials with the probabilities, the verdict and the names that these numbers would
     give.
     """
-    return [_restated(t, distribution(RobotSigns.from_json(t["signs"]), numbers)) for t in trials]
+    return [_restated(t, numbers) for t in trials]
 
 
-def _restated(trial: Trial, found: Mapping[Names, float]) -> Trial:
-    """A trial with these probabilities of sets of names, and what the diagnosis says of them."""
-    said = leading(found)
+def _restated(trial: Trial, numbers: Mapping[str, float]) -> Trial:
+    """A trial with the probabilities of sets of names that these numbers give, and what the
+    diagnosis says of them.
+    """
+    found = distribution(RobotSigns.from_json(trial["signs"]), numbers)
+    said = leading(found, numbers["lapse"])
     verdict = "none" if not said else "unnamed" if said == NO_NAME else "effect"
     names = list(said) if verdict == "effect" else []
     return {**restate(trial, found), "verdict": verdict, "names": names}
 
 
-def as_yaml(numbers: Numbers, trials: Sequence[Trial], held_out: Mapping[str, Any]) -> str:
-    """The numbers with where they come from."""
+def as_yaml(
+    numbers: Numbers, trials: Sequence[Trial], held_out: Mapping[str, Any], kept: str = ""
+) -> str:
+    """The numbers with where they come from; `kept`: the option by which some are older."""
     row = {
-        "fitted_by": f"{COMMAND} DIR, DIR of testbed lab robot-diagnosis",
+        "fitted_by": f"{COMMAND} DIR{kept}, DIR of testbed lab robot-diagnosis",
         "runs": len(trials),
         "seeds": ranges([int(t["seed"]) for t in trials]),
         "calibration_error_across_halves": round(held_out["expected_calibration_error"], 4),
@@ -175,16 +188,19 @@ def as_yaml(numbers: Numbers, trials: Sequence[Trial], held_out: Mapping[str, An
     return yaml_text(row)
 
 
-def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
+def fit_file(folders: Sequence[Path], out: Path | None = None, keep_sound: bool = False) -> str:
     """Fit on all runs of these folders, judge across halves, write (the shipped file if None);
-    returns the text.
+    returns the text. `keep_sound`: what sound machines reach stays as shipped, for a share of few
+    runs is not told by these.
 
     Raises InputError where a folder has none.
     """
     out = check_file(out or FILE)
+    sound = calibration_numbers()["sound"] if keep_sound else None
     made = [t for t in read_trials(folders) if "refused" not in t]
     trials = [*made, *(alone_of(t) for t in made if "alone" in t)]
-    held_out = calibration(halves(trials, 10, lambda judged, on: restated(judged, fit(on))))
-    text = as_yaml(fit(trials), trials, held_out)
+    held_out = halves(trials, 10, lambda judged, on: restated(judged, fit(on, sound)))
+    kept = KEEP_SOUND if keep_sound else ""
+    text = as_yaml(fit(trials, sound), trials, calibration(held_out), kept)
     write_text(out, text)
     return text

@@ -154,7 +154,7 @@ def _verdict(
     failed: Mapping[str, str],
 ) -> Verdict:
     ranked = tuple(sorted(weights.items(), key=lambda item: -item[1]))
-    top = leading(weights)
+    top = leading(weights, float(calibration()["lapse"]))
     if top in ((), NO_NAME):
         return Verdict("unnamed" if top else "none", ledger.hypothesis(()), ranked, {})
     chosen = ledger.hypothesis(top)

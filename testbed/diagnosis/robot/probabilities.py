@@ -208,15 +208,19 @@ def distribution(signs: RobotSigns, numbers: Mapping[str, Any]) -> dict[Names, f
     return out
 
 
-def leading(weights: Mapping[Names, float]) -> Names:
+def leading(weights: Mapping[Names, float], lapse: float = 0.0) -> Names:
     """What is said of a distribution: of a sound machine, no name and sets of names together the
     likeliest; of sets the likeliest one, for several that are alike are still no sound machine.
+
+    The share `lapse` that names lost to NO_NAME is that of names that were wrong or not alone. It
+    says how sure a name is, and does not make it likelier that none covers what is there.
     """
     named = {names: weight for names, weight in weights.items() if names not in ((), NO_NAME)}
-    together = sum(named.values())
-    if named and together > max(weights.get((), 0.0), weights.get(NO_NAME, 0.0)):
+    together, nothing = sum(named.values()), weights.get((), 0.0)
+    nameless = weights.get(NO_NAME, 0.0) - together * lapse / (1.0 - lapse)
+    if named and together > max(nothing, nameless):
         return max(named, key=named.__getitem__)
-    return NO_NAME if weights.get(NO_NAME, 0.0) > weights.get((), 0.0) else ()
+    return NO_NAME if nameless > nothing else ()
 
 
 def _left_at_its_places(names: Names, factor: float, alone: Mapping[str, float]) -> float:

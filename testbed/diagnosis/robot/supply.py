@@ -39,12 +39,14 @@ SWITCH_SHARE, SHAKEN_SHARE = 0.1, 0.7
 """By which share of what is asked of it, where that changes, the pressure differs; and by which of
 what it leaves straight lines from bin to bin: a pump that gives little is hardly damped (E).
 """
-HAULED_SHARE, HAULING_N, HAULING_BINS = 0.4, 1000.0, 5
+HAULED_SHARE = 0.4
 """Traction devices that haul draw as well, and nobody measures it: the pressure is known to that
-share where a rope's tension changes by so much within so many bins to either side (E).
+share where one changes its grip (E).
 """
 NEAR_ALL = 0.85
-"""So likewise where that share of all that the pump gives is asked of it (E)."""
+"""So likewise where that share of all that the pump gives is asked of it, or may be by devices that
+go back for their next stroke (E).
+"""
 PUMP_S, FALL_SHARE = 0.01, 0.6
 """A pump fills a stiff line in this time; air makes the line softer than its oil by this (E)."""
 SET_SHARE = 0.01
@@ -96,7 +98,7 @@ def supply_of(
         _given(asked, f * unit.full_flow_m3_s, oils, bins, hauling) for f in (1.0, 1.0 - FLOW_SHARE)
     )
     share = np.clip(drawn / unit.full_flow_m3_s, 0.0, 1.5)
-    whole = (drawn + hauling.drawn_m3_s) / unit.full_flow_m3_s
+    whole = (drawn + hauling.drawn_m3_s + hauling.returning_m3_s) / unit.full_flow_m3_s
     giving = unit.compensator_band_pa * share
     sunk = [
         believed - _given(believed, f * unit.full_flow_m3_s, oils, bins, hauling) for f in FLOWS
@@ -112,12 +114,11 @@ def supply_of(
         SUPPLY_SLOW_PA, READ_SHARE * (believed - machine.power_unit.standby_pressure_pa)
     )
     noise += np.exp(-apart / SUPPLY_S) * np.outer(slow, slow)
-    hauls = _swing(bins.tension_n, HAULING_BINS).max(axis=1) / machine.scale.times("N")
     surges = (
         SURGE_PA * _swing(share, SURGE_BINS),
         SWITCH_SHARE * _swing(believed, SURGE_BINS),
         SHAKEN_SHARE * swings(bins.supply_pa[:, None])[:, 0],
-        HAULED_SHARE * believed * np.clip(hauls / HAULING_N - 0.2, 0.0, 1.0),
+        HAULED_SHARE * believed * hauling.held,
         HAULED_SHARE * believed * np.clip((whole - NEAR_ALL) / (1.0 - NEAR_ALL), 0.0, 1.0),
         unsure,
     )
