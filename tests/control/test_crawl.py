@@ -32,8 +32,9 @@ from testbed.control.gaits.crawl.pace import (
     progress,
 )
 from testbed.control.gaits.crawl.rope_hold import THREE_FEET, RopeHold
+from testbed.control.gaits.crawl.style import UNHURRIED
 from testbed.control.gaits.crawl.swing import Activity
-from testbed.control.gaits.crawl.walk_plan import UNHURRIED, Stride
+from testbed.control.gaits.crawl.walk_plan import Stride
 from testbed.control.gaits.table import gait_of
 from testbed.errors import InputError
 from testbed.machine.build import build_machine

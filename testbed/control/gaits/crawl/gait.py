@@ -2,10 +2,10 @@
 and again.
 
 Feet and body are reckoned in the path frame: parallel to the slope, where the body frame stood at
-the start. What comes next is planned in walk_plan.py, where feet and body may go in footholds.py,
-how fast in pace.py, how a leg swings and its foot finds the ground in swing.py, how standing feet
-keep the body level in posture.py, what the ropes do in rope_hold.py; this file is the order of
-events.
+the start. What comes next is planned in walk_plan.py, in the manner of style.py; where feet and
+body may go in footholds.py, how fast in pace.py, how a leg swings and its foot finds the ground in
+swing.py, what is known of that ground in known_ground.py, how standing feet keep the body level in
+posture.py, what the ropes do in rope_hold.py and strokes.py; this file is the order of events.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ from testbed.control.gaits.crawl.pace import Pace
 from testbed.control.gaits.crawl.posture import Levelling, explained
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.crawl.strokes import Strokes
+from testbed.control.gaits.crawl.style import SEAT_S
 from testbed.control.gaits.crawl.swing import IN_THE_AIR, Activity, BodyWay, GroundSearch, Phase
-from testbed.control.gaits.crawl.walk_plan import SEAT_S, Stride, WalkPlan
+from testbed.control.gaits.crawl.walk_plan import Stride, WalkPlan
 from testbed.errors import InputError
 from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import LEGS, ROTATION, VERTICAL
