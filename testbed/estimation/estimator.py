@@ -77,8 +77,7 @@ def intervals_over(estimator: Estimator, rows: NDArray[Any]) -> Array:
     """An estimator's loads, low and high, N, over DataRow records (n,), one after the other: (n, 3,
     4).
     """
-    by_name = rows.view(np.recarray)
-    told = [interval_of(estimator.update(row), estimator) for row in by_name]
+    told = [interval_of(estimator.update(row), estimator) for row in rows]
     return np.array(told, dtype=np.float64).reshape(-1, 3, len(LEGS))
 
 

@@ -79,10 +79,9 @@ class Assembled:
         """Hold the feed that the drill orders to what the stance allows; what comes of it may be
         another thrust.
         """
-        ordered, most_n = self.drill.ordered, self.thrust.most_n
+        ordered, loads, most_n = self.drill.ordered, self.drill.loads, self.thrust.most_n
         ordered["thrust"] = min(ordered["thrust"], most_n)
-        self.drill.loads["feed"] = min(self.drill.loads["feed"], most_n)
-        self.drill.loads["feed"] *= self.thrust_factor
+        loads["feed"] = self.thrust_factor * min(loads["feed"], most_n)
 
     def origin_in_world(self) -> Array:
         """Origin of the body frame, (3), m."""

@@ -8,7 +8,6 @@ import tempfile
 import weakref
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from operator import itemgetter
 from pathlib import Path
 from struct import Struct
 from typing import Any
@@ -25,7 +24,6 @@ from testbed.world.foot_contacts import FootContacts
 from testbed.world.ground.terrain import Ground, ground_shape
 from testbed.world.view import View, quaternion, quiet
 
-_ANGLE, _RATE = itemgetter(0), itemgetter(1)
 NEAR_M = 1.0e-3
 """Contact points further from touching than this are left out of a step (a foot comes down by 0.1
 mm in one).
@@ -294,7 +292,8 @@ class Engine:
         self._centre = position
         if state is not self._state:
             self._state, self._pack = state, _packer(state)
-        self._pack(*map(_ANGLE, joints), *map(_RATE, joints), *position, *orientation)
+        angles, rates = [joint[0] for joint in joints], [joint[1] for joint in joints]
+        self._pack(*angles, *rates, *position, *orientation)
 
     def hold_with_motors(self, joints: Array) -> None:
         """Give the joints back to the engine's own position motors and limits (the bare reference

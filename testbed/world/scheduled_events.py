@@ -40,6 +40,8 @@ class ScheduledEvents:
         when they happen; they are pending no longer. A push happens at its own time within the
         tick, all else at its beginning.
         """
+        if not self._pending:
+            return []
         soon = t + (1.0 - A_MOMENT) * dt
         due = [
             (event, max(event.at_s, t) if isinstance(event, Shove) else t)
@@ -109,7 +111,9 @@ class ScheduledEvents:
 
     def broken_ropes(self) -> list[str]:
         """The ropes that have parted by themselves since this was last asked."""
-        whole = self._machine.board.ropes["whole"] != 0.0
+        whole = self._machine.board["ropes"]["whole"] != 0.0
+        if whole.tolist() == self._was_whole.tolist():
+            return []
         broken = [SIDES[k] for k in (self._was_whole & ~whole).nonzero()[0]]
         self._was_whole &= whole
         return broken

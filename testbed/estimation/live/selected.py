@@ -97,7 +97,7 @@ class SelectedEstimator:
 
         Raises InputError for a load that is no number: nothing could stand on it.
         """
-        answer = self._estimator.update(rows.view(np.recarray)[0])
+        answer = self._estimator.update(rows[0])
         loads, low, high = interval_of(answer, self._estimator)
         if not np.isfinite([loads, low, high]).all():
             raise InputError(
