@@ -67,6 +67,7 @@ LAB: dict[str, Callable[..., None]] = {
     "control-tasks": lab.control_tasks,
     "expected-loads": lab.expected_loads,
     "quiet-stand": lab.quiet_stand,
+    "stand-friction": lab.stand_friction,
     "paper-sensitivity": lab.paper_sensitivity,
     "robot-diagnosis": lab.robot_diagnosis,
     "plain-effects": lab.plain_effects,

@@ -88,6 +88,22 @@ def quiet_stand(
 
 
 @spread
+def stand_friction(
+    work: Work,
+    machines: Annotated[int, typer.Option(min=1, help="Machines drawn, seeds 1 and on.")] = 20,
+    seconds: Annotated[float, typer.Option(min=3.0, help="Simulated seconds.")] = 30.0,
+    change: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="SETTING=VALUE of the stand (repeat for more)."),
+    ] = None,
+) -> None:
+    """Say how much of their friction the feet of quiet stands on 45 degrees use."""
+    from testbed.benchmarks.climbs.stand_friction import StandFriction
+
+    work.show(StandFriction(machines, seconds, tuple(change or ())))
+
+
+@spread
 def paper_sensitivity(work: Work) -> None:
     """Say which number of the inferred circuit each of the paper's figures fixes, and which it
     leaves open.
