@@ -256,7 +256,7 @@ def test_what_lasting_noise_lets_be_seen_once_alone_need_not_show_again() -> Non
     seen = 0.5 * there**2 / lasting * known / (1.0 + known) - 0.5 * math.log(1.0 + known)
     assert found.foreseen((LEFT,)) == pytest.approx(seen, rel=0.01)
     begins = np.where(raw.time_s < PIECE_S, 1.0, 0.0)
-    once = replace(raw, missing=there * begins)
+    once = replace(raw, missing=there * begins, noise=lasting * np.eye(rows))
     found = ledger_of_numbers(once, LEFT, begins[None])
     assert found.foreseen((LEFT,)) <= found.hypothesis((LEFT,)).log_factor - 0.9 * ALONE
 

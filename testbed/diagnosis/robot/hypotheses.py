@@ -203,7 +203,7 @@ class Ledger:
         raw, candidate = self.balances.raw[key], self.balances.candidates[name]
         rows = [raw.rows_of(change) for change in candidate.signature.values()]
         size = np.square(np.column_stack(rows) * candidate.spreads).sum(axis=1)
-        return np.bincount(_parts(raw.time_s), size, PARTS) / size.sum()
+        return np.asarray(np.bincount(_parts(raw.time_s), size, PARTS) / size.sum())
 
     def price(self, name: str) -> float:
         """What an effect's evidence is less for having been picked among alternatives."""
