@@ -242,6 +242,25 @@ def test_what_shows_in_one_part_alone_costs_so_much_and_what_others_deny_more(
         assert ledger.foreseen((name,)) < whole - 2.0 * ALONE
 
 
+def test_what_lasting_noise_lets_be_seen_once_alone_need_not_show_again() -> None:
+    rows, lasting, there = 80, 100.0, 60.0
+    raw = RawGroup(
+        missing=np.full(rows, there),
+        time_s=0.2 * np.arange(rows),
+        noise=0.01 * np.eye(rows) + lasting * np.ones((rows, rows)),
+        tolerated=np.zeros((rows, 1)),
+        rows_of=lambda change: change.force[0],
+    )
+    found = ledger_of_numbers(raw, LEFT, np.ones((1, rows)))
+    known = 20.0**2 / lasting  # its prior of 20 beside noise of 10, of which there is one draw
+    seen = 0.5 * there**2 / lasting * known / (1.0 + known) - 0.5 * math.log(1.0 + known)
+    assert found.foreseen((LEFT,)) == pytest.approx(seen, rel=0.01)
+    begins = np.where(raw.time_s < PIECE_S, 1.0, 0.0)
+    once = replace(raw, missing=there * begins, noise=lasting * np.eye(rows))
+    found = ledger_of_numbers(once, LEFT, begins[None])
+    assert found.foreseen((LEFT,)) <= found.hypothesis((LEFT,)).log_factor - 0.9 * ALONE
+
+
 def signs(one: float, rival: float, nothing: float) -> RobotSigns:
     """A good name, a rival, and what no name covers."""
     return RobotSigns((((LEFT,), one), ((RIGHT,), rival), (("unnamed.wrench@body",), nothing)))

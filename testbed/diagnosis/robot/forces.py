@@ -24,11 +24,10 @@ from testbed.diagnosis.robot.motion_noise import (
     turns,
 )
 from testbed.diagnosis.robot.tolerances import LATE_S, middle, standard_deviation
+from testbed.diagnosis.robot.walked import lighter, ropes_off
 from testbed.effects import ALL
 from testbed.effects.friction_position import PositionFriction
 from testbed.effects.friction_pressure import PressureFriction
-from testbed.effects.rope_direction import RopeDirection
-from testbed.effects.rope_tension_gain import TensionGain
 from testbed.effects.sensor_delay import Delay
 from testbed.effects.sensor_line_b import LineB
 from testbed.effects.signature import Change, RobotSeen
@@ -45,8 +44,6 @@ SHAKEN_SHARE = 0.3
 SIDE = 0.2
 """Friction by side load that a sound machine may have, share of it."""
 BODY_ROWS = 6
-WALKS_OFF = 0.04
-"""Share of the ropes' pull, and rad of their way, that a walk's balance misses (E)."""
 VERTICAL = tuple(range(2, len(AXES), 3))
 HELD_THRUST = 0.8
 """Share of the thrust that stuck vertical cylinders may take up by friction, until they break away
@@ -151,11 +148,16 @@ def tolerance_columns(balance: BodyBalance, machine: Machine) -> tuple[Array, Ar
     those of this recording alone.
     """
     each = [one for one in tolerated(balance.seen, machine) if one.sd > 0.0]
-    if balance.counted[:, BODY_ROWS:].any():
-        each += _walked_off(balance.seen)
+    if walks(balance):
+        each += [Tolerated(change, 1.0, passing=True) for change in ropes_off(balance.seen)]
     columns = np.column_stack([rows_of(balance, one.change.times(one.sd)) for one in each])
     passing = np.array([one.passing for one in each])
     return columns[:, ~passing], columns[:, passing]
+
+
+def walks(balance: BodyBalance) -> bool:
+    """Whether feet are lifted in it."""
+    return bool(balance.counted[:, BODY_ROWS:].any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,17 +207,6 @@ def tolerated(seen: RobotSeen, machine: Machine, biased: bool = True) -> Iterato
                 abs(float(thermal * warm * area)),
                 passing=True,
             )
-
-
-def _walked_off(seen: RobotSeen) -> Iterator[Tolerated]:
-    """What the balance of a body on its ropes misses while it walks, alike on all sound machines:
-    as if both pins read too much, or both ropes came from higher up.
-    """
-    for effect, number in ((TensionGain(), "gain_error"), (RopeDirection(), "elevation")):
-        ropes = [effect.signature(seen, place)[number] for place in effect.places_on_robot]
-        wrenches = [rope.wrench for rope in ropes if rope.wrench is not None]
-        if wrenches:
-            yield Tolerated(Change(wrench=np.sum(wrenches, axis=0)), WALKS_OFF, passing=True)
 
 
 def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:
@@ -289,8 +280,11 @@ def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
     known = OF_A_SOUND_MACHINE.of_size(machine.scale)
     tolerances, passing = tolerance_columns(balance, machine)
     lasting = lasting_of(balance, known) + passing @ passing.T
+    missing = balance.missing[balance.counted]
+    if walks(balance):
+        missing = missing - rows_of(balance, lighter(balance.seen, machine.scale))
     return RawGroup(
-        missing=balance.missing[balance.counted],
+        missing=missing,
         time_s=balance.seen.time_s[bins],
         noise=noise_of(balance, replace(known, rest_share=0.0, alike_share=0.0)) + lasting,
         lasting=lasting,

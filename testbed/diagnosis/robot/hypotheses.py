@@ -31,6 +31,10 @@ piece, so that each of them has a bit of all that moved.
 """
 ALONE = 10.0
 """Ln of the evidence that it costs to show in one part alone (E)."""
+ONCE = 0.5
+"""Share of a signature, and of what divided by its noise is left of it, from which it lies in one
+part alone (E).
+"""
 MATTERS = 1.0 / 3.0
 """An effect of a single number is at least this share of what it may be expected to be: a smaller
 one is none that anybody would look for, and models are wrong by as much (E).
@@ -79,6 +83,7 @@ class Ledger:
         effects = {n: balances.candidates[n].effect for n in self.names}
         self._matters = np.repeat([MATTERS if size == 1 else 0.0 for size in sizes], sizes)
         self._price = {n: math.log(e.looked_for) for n, e in effects.items()}
+        self._seen_once: dict[str, bool] = {}
         self._width = np.concatenate([balances.candidates[n].spreads for n in self.names])
         least = np.concatenate([balances.candidates[n].least for n in self.names])
         self._least = least / self._width
@@ -158,13 +163,15 @@ class Ledger:
 
         With its numbers as the other parts have them; or by all that they may be, less ALONE: what
         moves in one part alone, a leg that swings once, shows to the others hardly how large it is.
+        What is there all the time and hidden by what lasts all the time is seen once, as soon as it
+        begins, and no part can say more of it: that costs nothing.
         """
         index = self._index(names)
         scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
         index = index[self._free(scaled, index)]
         whole = self._information[np.ix_(index, index)] + np.eye(len(index))
         gradient = self.gradient[index]
-        total, among = 0.0, -ALONE
+        total, among = 0.0, 0.0 if self._lasts(names) else -ALONE
         for k in range(PARTS):
             inside = self._part_information[k][np.ix_(index, index)]
             slope = self._part_gradient[k, index]
@@ -172,6 +179,31 @@ class Ledger:
             total += float(slope @ mean - 0.5 * mean @ inside @ mean)
             among += _evidence(whole, gradient) - _evidence(whole - inside, gradient - slope)
         return max(total, among)
+
+    def _lasts(self, names: tuple[str, ...]) -> bool:
+        """Whether all these effects are there in every part, and what is left of each beside noise
+        that lasts is in one.
+        """
+        return bool(names) and all(self._is_seen_once(name) for name in names)
+
+    def _is_seen_once(self, name: str) -> bool:
+        if name not in self._seen_once:
+            own = self._where[name]
+            inside = np.array([np.trace(part[np.ix_(own, own)]) for part in self._part_information])
+            whole = np.zeros(PARTS)
+            for key, group in self.balances.groups.items():
+                if name in group.columns:
+                    whole += self._parts_of_signature(key, name)
+            once = inside.max() > ONCE * inside.sum()
+            self._seen_once[name] = bool(once and whole.max() < ONCE * whole.sum())
+        return self._seen_once[name]
+
+    def _parts_of_signature(self, key: str, name: str) -> Array:
+        """(PARTS,) sum of squares of an effect's signature in a group, by part, in shares."""
+        raw, candidate = self.balances.raw[key], self.balances.candidates[name]
+        rows = [raw.rows_of(change) for change in candidate.signature.values()]
+        size = np.square(np.column_stack(rows) * candidate.spreads).sum(axis=1)
+        return np.asarray(np.bincount(_parts(raw.time_s), size, PARTS) / size.sum())
 
     def price(self, name: str) -> float:
         """What an effect's evidence is less for having been picked among alternatives."""
