@@ -119,6 +119,10 @@ class Effect:
     """It holds the friction's shape itself, with a memory, and takes long to compute."""
     is_friction: ClassVar[bool] = False
     """A change of friction (5): only a piston that slides shows it."""
+    relative_to: ClassVar[tuple[str, ...]] = ()
+    """Numbers of friction (5) of whose mean its size is a share: where they are unsure, so is the
+    share, though their product may be sure.
+    """
     needs_sliding: ClassVar[bool] = False
     """The same for what is no friction."""
     looked_for: ClassVar[float] = 1.0

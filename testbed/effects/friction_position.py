@@ -45,6 +45,7 @@ class PositionFriction(Effect):
     )
     shapes = ("curvature", "cubic", "quartic")
     is_friction = True
+    relative_to = ("coulomb_plus_n", "coulomb_minus_n")
     needs_known = ("stroke_m",)
     live = {"slope": "position_slope"}
     telling_motion = "slow strokes over the whole travel at two speeds, both ways"

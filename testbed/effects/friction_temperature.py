@@ -37,6 +37,7 @@ class TemperatureFriction(Effect):
     needs = ("position", "oil_temperature")
     shapes = ("coulomb_rate",)
     is_friction = True
+    relative_to = ("viscous_plus_n_s_m", "viscous_minus_n_s_m")
     live = {"rate": "viscosity_rate_1_k"}
     telling_motion = "the same constant-speed strokes with cold and with warm oil"
     alike = {"sensor.drift_a": "a drift goes on when the oil's temperature stands still"}

@@ -4,9 +4,12 @@ themselves.
 One question, a logistic regression on a few signs of the names that are left after their trials
 (`proof`):
 
-    P(no name covers what is there) = L(unnamed)
+    P(no name covers what is there) = lapse + (1 - 2 lapse) L(unnamed)
     P(this set | a name would cover it) = (1 - stray) * share of the bootstrap's draws that it wins,
     P(none) = stray; P(none | a name would cover it) = 1 where no name passed its trials
+
+What is given to the names that passed is shared with those that the data cannot tell from them
+(`rivals`), by what they are behind.
 
 The numbers are in `bench_calibration.yaml`, with the simulated rigs they were fitted on and how
 well they do on kinds of law that were left out; `testbed lab fit-bench-diagnosis` fits them.
@@ -25,6 +28,7 @@ import numpy as np
 from testbed.diagnosis.leg.entries import memory_of
 from testbed.diagnosis.leg.probabilities import answer
 from testbed.diagnosis.leg.proof import Proof
+from testbed.diagnosis.leg.rivals import exchanged
 from testbed.diagnosis.leg.runs import overall
 from testbed.diagnosis.leg.search import Search
 from testbed.diagnosis.leg.unexplained import Unexplained
@@ -43,7 +47,8 @@ class BenchSigns:
     `generic_gain`, `generic_fall`: what generic terms add to them; `gain`: theirs over the refit;
     `repeated`: least share of draws of one of them; `companion`: share by which a channel that
     rides along lowers what they leave;
-    `shares`: set of names -> share of draws.
+    `shares`: set of names -> share of draws; `exchanged`: set in which a name is exchanged for one
+    that it is not told from -> belief in it for one in the names that are left.
     """
 
     excess: float
@@ -55,6 +60,7 @@ class BenchSigns:
     repeated: float
     companion: float
     shares: tuple[tuple[Names, float], ...]
+    exchanged: tuple[tuple[Names, float], ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Plain dictionaries and lists."""
@@ -63,12 +69,11 @@ class BenchSigns:
     @classmethod
     def from_json(cls, row: Mapping[str, Any]) -> BenchSigns:
         """The signs that `as_json` wrote."""
-        return cls(
-            **{
-                **row,
-                "shares": tuple((tuple(names), float(share)) for names, share in row["shares"]),
-            }
-        )
+        sets = {
+            key: tuple((tuple(names), float(share)) for names, share in row.get(key, ()))
+            for key in ("shares", "exchanged")
+        }
+        return cls(**{**row, **sets})
 
     def of_unnamed(self) -> dict[str, float]:
         """What tells that no name covers what is there; a memory only of what the sensors do not
@@ -88,11 +93,12 @@ class BenchSigns:
 @dataclass(frozen=True)
 class BenchCalibration:
     """`unnamed`: sign -> weight; `stray`: share of wrong names among those that passed their
-    trials.
+    trials; `lapse`: how often a sure answer to whether a name covers it is wrong.
     """
 
     unnamed: Mapping[str, float]
     stray: float
+    lapse: float = 0.0
 
 
 @cache
@@ -101,7 +107,7 @@ def calibration() -> BenchCalibration:
     import yaml
 
     row = yaml.safe_load(FILE.read_text())
-    return BenchCalibration(row["unnamed"], float(row["stray"]))
+    return BenchCalibration(row["unnamed"], float(row["stray"]), float(row["lapse"]))
 
 
 def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> BenchSigns:
@@ -119,6 +125,9 @@ def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> 
         repeated=min(proof.repeated.values(), default=0.0),
         companion=companion,
         shares=tuple(shares.items()),
+        exchanged=tuple(
+            (tuple(sorted(names)), belief) for names, belief in exchanged(state, proof.kept).items()
+        ),
     )
 
 
@@ -128,12 +137,15 @@ def distribution(
     """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no
     name covers.
 
-    Of a set that wins draws only the names count that are `kept`.
+    Of a set that wins draws only the names count that are `kept`, or what they are not told from.
     """
-    missing = answer(signs.of_unnamed(), calibration.unnamed)
+    missing = calibration.lapse + (1.0 - 2.0 * calibration.lapse) * answer(
+        signs.of_unnamed(), calibration.unnamed
+    )
     sets: dict[Names, float] = {}
     for names, share in signs.shares:
-        left = tuple(name for name in kept if name in names)
+        stands_in = any(set(other) <= set(names) for other, _ in signs.exchanged)
+        left = kept if stands_in else tuple(name for name in kept if name in names)
         if left:
             sets[left] = sets.get(left, 0.0) + share
     total = sum(sets.values())
@@ -143,4 +155,7 @@ def distribution(
     }
     for names, share in sets.items():
         out[names] = (1.0 - missing) * (1.0 - calibration.stray) * share / total
+    if kept in out and kept:
+        whole = out[kept] / (1.0 + sum(belief for _, belief in signs.exchanged))
+        out |= {kept: whole} | {names: whole * belief for names, belief in signs.exchanged}
     return out

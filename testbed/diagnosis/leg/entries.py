@@ -11,7 +11,9 @@ import numpy.typing as npt
 
 from testbed.diagnosis.leg.evidence import Evidence
 from testbed.diagnosis.leg.fit import Fit, bounds
+from testbed.diagnosis.leg.points import FRICTION
 from testbed.effects import kind_of, place_of
+from testbed.effects.base import Effect
 from testbed.formats.intervals import Z90
 from testbed.recording.leg_model import EffectEntry, Parameter
 
@@ -65,6 +67,28 @@ def entries_of(
         name = active.effect.name
         out.append(EffectEntry(name=kind_of(name), parameters=parameters, place=place_of(name)))
     return tuple(out)
+
+
+def worth_interval(
+    fit: Fit, effect: Effect, memory: float, by_blocks: npt.NDArray[np.float64]
+) -> tuple[float, float] | None:
+    """90 % interval of what an effect is worth whose size is a share of numbers of the friction:
+    size times their mean, SI. None for other effects, or where these are not fitted.
+    """
+    owned = [(coordinate.owner, coordinate.name) for coordinate in fit.coordinates]
+    numbers = [(FRICTION, name) for name in effect.relative_to]
+    size = (effect.name, effect.required[0])
+    if not numbers or any(key not in owned for key in (size, *numbers)):
+        return None
+    places = [owned.index(number) for number in numbers]
+    share, whole = float(fit.theta[owned.index(size)]), float(np.mean(fit.theta[places]))
+    slope = np.zeros(len(owned))
+    slope[owned.index(size)] = whole
+    slope[places] = share / len(places)
+    variance = max(float(slope @ fit.covariance @ slope) * max(memory, 1.0), 0.0)
+    variance = max(variance, float(slope @ by_blocks @ slope))
+    half = np.hypot(Z90 * CAUTION * np.sqrt(variance), OTHER_FORM["force"] * abs(share * whole))
+    return float(share * whole - half), float(share * whole + half)
 
 
 def at_bounds(fit: Fit) -> dict[str, tuple[str, ...]]:

@@ -2,11 +2,13 @@
 a whole a fourth.
 
 1. The 90 % interval of its size excludes zero (and what the tolerance of a declared number would
-explain). An effect that says that a declared number is another one is told against what is
-declared: no data part it from what the tolerance took up.
+explain). Of a size that is a share of friction's numbers it may be that of their product: what
+share it is is as unsure as they are, however plain the force. An effect that says that a declared
+number is another one is told against what is declared: no data part it from what the tolerance
+took up.
 2. With it, recordings left out are predicted better than by the best identified model without it.
-3. A repeat of the rig would name it again: it is in the best set of at least REPEATED of the
-bootstrap's draws.
+3. A repeat of the rig would name it again: it, or a name that this data cannot tell from it, is in
+the best set of at least REPEATED of the bootstrap's draws.
 4. No recording left out is predicted worse than `identify` predicts it, by more than WORSE.
 
 A name that fails is taken out, the least repeated first, and the others are tried again. One whose
@@ -19,13 +21,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from testbed.diagnosis.leg.entries import entries_of, memory_of
+from testbed.diagnosis.leg.entries import entries_of, memory_of, worth_interval
 from testbed.diagnosis.leg.evidence import evidence, of_residual
 from testbed.diagnosis.leg.fit import Fit, solve, with_covariance
 from testbed.diagnosis.leg.points import DECLARED, point, restarted
 from testbed.diagnosis.leg.prediction import block_covariance, held_out
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.resampled import Names, share_of, wins
+from testbed.diagnosis.leg.resampled import Names, wins
+from testbed.diagnosis.leg.rivals import share_of, untold
 from testbed.diagnosis.leg.runs import RunErrors, Runs, overall, worst_ratio
 from testbed.diagnosis.leg.search import Candidate, Search
 from testbed.effects import by_name
@@ -112,7 +115,7 @@ def proven(state: Search, recordings: tuple[Recording, ...]) -> Proof:
         kept,
         won,
         refused,
-        {name: share_of(name, won) for name in kept.names},
+        {name: repeated(state, kept, name, won) for name in kept.names},
         {"identify": identified, "refit": refit, "after": errors.of(kept)},
     )
 
@@ -259,10 +262,15 @@ def trial(state: Search, kept: Candidate, name: str, won: Mapping[Names, float])
     memory = memory_of(kept.evidence)
     entries = entries_of(kept.fit, memory, block_covariance(state.problem, kept.fit))
     (entry,) = [entry_ for entry_ in entries if entry_.name == name]
-    return Trial(_excludes_zero(state, kept.fit, entry), share_of(name, dict(won)))
+    return Trial(_excludes_zero(state, kept.fit, entry, memory), repeated(state, kept, name, won))
 
 
-def _excludes_zero(state: Search, fit: Fit, entry: EffectEntry) -> bool:
+def repeated(state: Search, kept: Candidate, name: str, won: Mapping[Names, float]) -> float:
+    """Share of draws that would name an effect of a set again, or one that it is not told from."""
+    return share_of(name, untold(state, kept, name), won)
+
+
+def _excludes_zero(state: Search, fit: Fit, entry: EffectEntry, memory: float) -> bool:
     """Whether the size of an effect, its first parameter, is known to be none that the model has
     without it.
     """
@@ -277,4 +285,7 @@ def _excludes_zero(state: Search, fit: Fit, entry: EffectEntry) -> bool:
         moved = declared * fit.at.off.get(number, 0.0)  # what the tolerance took up
         most = MOST * declared * known.tolerance(number)
         return low + moved > most or high + moved < -most
-    return low > 0.0 or high < 0.0
+    if low > 0.0 or high < 0.0:
+        return True
+    worth = worth_interval(fit, effect, memory, block_covariance(state.problem, fit))
+    return worth is not None and (worth[0] > 0.0 or worth[1] < 0.0)

@@ -33,11 +33,6 @@ def wins(state: Search, recordings_too: bool = True) -> dict[Names, float]:
     return {names: float(share) for names, share in zip(sets, best, strict=True) if share > 0.0}
 
 
-def share_of(name: str, won: dict[Names, float]) -> float:
-    """Share of the draws whose best set holds a name."""
-    return sum(share for names, share in won.items() if name in names)
-
-
 def _by_block(state: Search, candidate: Candidate) -> Array:
     """Held-out log-likelihood of every block at the correlation times of the best description,
     shape (blocks,).

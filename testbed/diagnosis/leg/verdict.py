@@ -22,19 +22,13 @@ from testbed.diagnosis.leg.entries import at_bounds
 from testbed.diagnosis.leg.probabilities import calibration, distribution
 from testbed.diagnosis.leg.proof import Proof, trial, worse_than
 from testbed.diagnosis.leg.resampled import Names, wins
+from testbed.diagnosis.leg.rivals import near
 from testbed.diagnosis.leg.search import LEAST_FALL, LEAST_GAIN, Candidate, Search
 from testbed.diagnosis.leg.signs import signs
 from testbed.diagnosis.leg.stroke_line import stroke_line
 from testbed.diagnosis.leg.unexplained import Unexplained
 from testbed.effects import by_name
 from testbed.recording.leg_model import LegModel
-
-TEMPERATURE = {"vertical-leg": 8.0, "cylinder": 8.0, "drive": 8.0, "robot": 2.5}
-"""Log-likelihood that counts as one unit of belief between rival sets: the noise's model is not
-exact.
-"""
-AMBIGUOUS = 3.0
-"""A rival within so many units of belief of the chosen name is reported as not told apart."""
 
 
 @dataclass(frozen=True)
@@ -266,28 +260,6 @@ def verdict_of(state: Search, weights: Mapping[tuple[str, ...], float]) -> Verdi
         "effect" if top else "none",
         chosen,
         tuple(ranked),
-        _ambiguous(state, chosen),
+        {name: tuple(near(state, chosen, name)) for name in chosen.names},
         at_bounds=at_bounds(chosen.fit),
     )
-
-
-def _ambiguous(state: Search, chosen: Candidate) -> dict[str, tuple[str, ...]]:
-    """For each chosen name, the names that could stand in its place within AMBIGUOUS units."""
-    out: dict[str, tuple[str, ...]] = {}
-    limit = AMBIGUOUS * TEMPERATURE[state.problem.kind]
-    for name in chosen.names:
-        rest = frozenset(chosen.names) - {name}
-        rivals = [
-            (candidate, next(iter(frozenset(candidate.names) - rest)))
-            for candidate in state.tried.values()
-            if len(candidate.names) == len(chosen.names)
-            and rest < frozenset(candidate.names)
-            and name not in candidate.names
-        ]
-        near = [
-            (state.gain(candidate), n)
-            for candidate, n in rivals
-            if state.gain(chosen) - state.gain(candidate) < limit
-        ]
-        out[name] = tuple(n for _, n in sorted(near, reverse=True))
-    return out
