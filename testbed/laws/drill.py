@@ -35,12 +35,6 @@ class DrillLoads(DrillOrder):
     depth = quantity("m", "of the hole")
 
 
-def scale_order(loads: Any, share: float) -> None:
-    """Scale what DrillLoads let act, in place; where the string is stays as it is."""
-    for name in DrillOrder.fields:
-        loads[name] *= share
-
-
 @njit
 def blow_mean(phase0: float, phase1: float, width: float) -> float:
     """Mean of a train of half-sine blows of unit peak over phases [phase0, phase1] (one blow a unit

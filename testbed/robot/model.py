@@ -189,11 +189,13 @@ class RobotModel:
         pin.computeJointJacobians(self._model, self._data, self._full(positions))
         pin.updateFramePlacements(self._model, self._data)
         points = np.array([self._data.oMf[frame].translation for frame in self._feet])
-        jacobians = np.empty((len(LEGS), 3, len(AXES)))
-        for index, frame in enumerate(self._feet):
-            full = pin.getFrameJacobian(self._model, self._data, frame, pin.LOCAL_WORLD_ALIGNED)
-            jacobians[index] = full[:3, self._v_index]
-        return points, jacobians
+        jacobians = np.array(
+            [
+                pin.getFrameJacobian(self._model, self._data, frame, pin.LOCAL_WORLD_ALIGNED)
+                for frame in self._feet
+            ]
+        )
+        return points, jacobians[:, :3, self._v_index]
 
     def leg_numbers(self) -> NDArray[Any]:
         """Masses, centres and axes of the legs (4,) as LegNumbers of foot_forces.py, from the

@@ -15,7 +15,6 @@ from testbed.control.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.effects.terms import Hidden
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.formats.arrays import Array
-from testbed.laws.drill import DrillLoads
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.recording.rows import DrillKnown
 from testbed.robot.loads.foot_loads import Expectation, ExpectedLoads
@@ -24,7 +23,7 @@ from testbed.robot.robot import Robot
 from testbed.scenario.machines import Machines
 from testbed.scenario.scenario import Scenario
 from testbed.world.believed_robot import BelievedRobot, believed_robot
-from testbed.world.drilling.drilling import Drilling, drill_known, drilling_of
+from testbed.world.drilling.drilling import Drilling, Told, drill_known, drilling_of
 from testbed.world.engine import Engine
 from testbed.world.first_start import compile_apart
 from testbed.world.ground.footing import Footing, sinking
@@ -80,8 +79,8 @@ class Assembled:
         another thrust.
         """
         ordered, loads, most_n = self.drill.ordered, self.drill.loads, self.thrust.most_n
-        ordered["thrust"] = min(ordered["thrust"], most_n)
-        loads["feed"] = self.thrust_factor * min(loads["feed"], most_n)
+        ordered.thrust = min(ordered.thrust, most_n)
+        loads.feed = self.thrust_factor * min(loads.feed, most_n)
 
     def origin_in_world(self) -> Array:
         """Origin of the body frame, (3), m."""
@@ -149,7 +148,7 @@ def assemble(
     site = _true_site(scenario, machines)
     ground = make_ground(site.terrain)
     hidden = hidden_beside(machines.drawn.undeclared, scenario.undeclared)
-    drill = drilling_of(scenario.drilling, DrillLoads.zeros()[0], scenario.seed, machines.truth)
+    drill = drilling_of(scenario.drilling, scenario.seed, machines.truth)
     compile_apart()  # a scenario that cannot be is refused before that
     with bodies_of(hidden, machines.truth.urdf) as urdf:
         robot = Robot.of(machines.truth, carried, height, urdf)
@@ -171,8 +170,7 @@ def assemble(
         engine.reset(start.position_m, start.rotation, start.joints)
         truth = Truth(site, ground, robot, hidden, seeds[0])
         boards = initial_boards(truth, belief, engine, start)
-        boards["drill"] = drill.loads
-        drill.loads = boards[0].drill
+        Told(drill).tell(boards, known)
         seen = replace(start, joints=boards["loops"]["reference"][0].copy())
         electronics = _electronics(scenario, believed, belief, seen, own)
     except BaseException:

@@ -35,7 +35,7 @@ def picture(machine: Assembled, width: int, height: int) -> NDArray[np.uint8]:
             )
     if "drill_mast" not in lacking(m.belief.machine.urdf):
         top = origin + b.rotation @ b.drill_point
-        foot = top - b.rotation[:, 2] * (0.35 + m.drill.loads.depth)
+        foot = top - b.rotation[:, 2] * (0.35 + b.drill.depth)
         lines.append(engine.view.add_line(top, foot, 0.038, ROD_COLOUR))
     try:
         slope = m.belief.machine.scale.length * m.ground.rotation_slope_to_world
@@ -74,4 +74,4 @@ def set_shown(machine: Assembled, ropes_whole: Sequence[bool], hole_depth_m: flo
     """Which ropes (left, right) a picture shows, and how deep the rod is in the ground."""
     for rope, whole in zip(machine.board.ropes, ropes_whole, strict=True):
         rope.whole = whole
-    machine.drill.loads.depth = hole_depth_m
+    machine.board.drill.depth = hole_depth_m

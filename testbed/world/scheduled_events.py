@@ -33,7 +33,8 @@ class ScheduledEvents:
         self._pending = sorted(events, key=lambda event: event.at_s)
         self._shoves: list[tuple[Shove, float]] = []
         """Pushes that are not over, each with the time at which it begins, s."""
-        self._was_whole = machine.board.ropes["whole"] != 0.0
+        self._whole = machine.boards["ropes"]["whole"][0]
+        self._was_whole = (self._whole != 0.0).tolist()
 
     def due(self, t: float, dt: float) -> list[tuple[Any, float]]:
         """The events whose time has come at the tick from t to t + dt (s), the earliest first, and
@@ -111,11 +112,12 @@ class ScheduledEvents:
 
     def broken_ropes(self) -> list[str]:
         """The ropes that have parted by themselves since this was last asked."""
-        whole = self._machine.board["ropes"]["whole"] != 0.0
-        if whole.tolist() == self._was_whole.tolist():
+        whole = [value != 0.0 for value in self._whole.tolist()]
+        if whole == self._was_whole:
             return []
-        broken = [SIDES[k] for k in (self._was_whole & ~whole).nonzero()[0]]
-        self._was_whole &= whole
+        ropes = zip(SIDES, self._was_whole, whole, strict=True)
+        broken = [side for side, was, now in ropes if was and not now]
+        self._was_whole = [was and now for was, now in zip(self._was_whole, whole, strict=True)]
         return broken
 
 

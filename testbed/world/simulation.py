@@ -48,7 +48,7 @@ from testbed.world.compiled_step import (
     check_rows,
     schedule_of,
 )
-from testbed.world.drilling.drilling import DrillHold, drill_known
+from testbed.world.drilling.drilling import DrillHold, Told, drill_known
 from testbed.world.saved import State, restore, save
 from testbed.world.scheduled_events import ScheduledEvents
 from testbed.world.verdict import LOOK_TICKS
@@ -85,7 +85,7 @@ class Simulation:
         self._last = self._schedule.last
         self._row = DataRow.zeros()
         self._noise = sensing.Noise.zeros(SAMPLES)
-        self._hold = DrillHold()
+        self._hold, self._told = DrillHold(), Told(self.machine.drill)
         self._chain = chain_in(self.machine.gait)
         m = self.machine
         self._scheduled = ScheduledEvents(m, self._row, scenario.events)
@@ -97,12 +97,15 @@ class Simulation:
         self._resting = True
         self._nowhere = RecordedRow.zeros()
         self._fixed = m.boards, (m.chain.belief, m.chain.state), self._noise, self._row
+        body, axes = m.boards["body"], m.boards["axes"]
+        self._watched = body["position"][0], body["quaternion"][0], axes["a"]["pressure"][0]
         self._judge = None if chain_is_all else SelectedDetector(detector, m.chain.belief)
         self._method = None
         if method != SHIPPED:
             self._method = SelectedEstimator(method, float(m.chain.belief["dt"][0]))
         m.engine.read(m.boards["engine"])
         self._do(PLACE | SENSE | ESTIMATE)
+        drill_known(m.drill, self._row[0])
         self._expect()
         self._tick(0.0)
         m.chain.forget()  # the first sample is not recorded: what is recorded is all that the estimates come from
@@ -209,7 +212,7 @@ class Simulation:
             m.boards["gravity_in_body"][0],
             row["rope_tension"],
             row["attitude"],
-            m.drill_known(),
+            row,
             row["carrying"],
         )
 
@@ -226,7 +229,7 @@ class Simulation:
         for news in self._drill(t):
             self.events.append({"t": t, **news})
         m.limit_thrust()
-        drill_known(m.drill, self._row[0])
+        self._told.tell(m.boards, self._row[0])
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
@@ -283,9 +286,8 @@ class Simulation:
         for rope in self._scheduled.broken_ropes():
             self.events.append({"t": t, "kind": "rope_broke", "rope": rope})
             m.judge.verdict, self.finished = "rope broke", True
-        body, pressure = m.boards["body"], m.boards["axes"]["a"]["pressure"]
-        watched = body["position"][0, 0] + body["quaternion"][0, 0] + pressure[0, VERTICAL[0]]
-        if not math.isfinite(watched):
+        place, turn, pressure = self._watched
+        if not math.isfinite(place[0] + turn[0] + pressure[VERTICAL[0]]):
             raise SimulationFault(f"a state is not finite at t = {t:.3f} s")
         self._ticks += 1
         if self._ticks % LOOK_TICKS:

@@ -9,7 +9,6 @@ import pytest
 
 from testbed.control.gait import Command, Measured
 from testbed.control.layers import CALM_S, LOWER_M_S, LOWEST_M, PATIENCE_S, Supervisor
-from testbed.laws.drill import DrillLoads
 from testbed.machine.names import VERTICAL
 from testbed.scenario.tasks import Drill, Push
 from testbed.world.drilling.drilling import FADE_S, DrillHold, DrillProgram
@@ -67,7 +66,7 @@ def test_a_drill_that_is_held_fades_stands_still_and_resumes() -> None:
         ramp_s=0.0,
         phases=(Push(kind="push", duration_s=1.0, feed_n=4000.0),),
     )
-    drill, hold, t = DrillProgram(task, DrillLoads.zeros()[0]), DrillHold(), 0.0
+    drill, hold, t = DrillProgram(task), DrillHold(), 0.0
     feed = []
     for k in range(300):
         hold.update(drill, t, DT, 50 <= k < 200)

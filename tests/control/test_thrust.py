@@ -20,6 +20,7 @@ from testbed.control.thrust import (
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.world.assembly import Assembled
+from testbed.world.drilling.drilling import Loads, Ordered
 
 STANCE = np.tile([0.0, 0.2, 0.25], 4)
 
@@ -65,10 +66,8 @@ def test_a_task_that_asks_for_more_than_the_reserve_is_told_so() -> None:
 @pytest.mark.parametrize("ordered_n", [3000.0, 5000.0, 8000.0, -2000.0])
 def test_what_is_recorded_as_ordered_is_what_the_bound_leaves_of_it(ordered_n: float) -> None:
     """Also while the feed wanders about what is ordered."""
-    drill = SimpleNamespace(
-        ordered={"thrust": ordered_n}, loads={"feed": 1.2 * max(ordered_n, 0.0)}
-    )
+    drill = SimpleNamespace(ordered=Ordered(ordered_n), loads=Loads(1.2 * max(ordered_n, 0.0)))
     world = SimpleNamespace(drill=drill, thrust=ThrustBound(10e3, "fl", 5e3), thrust_factor=1.0)
     Assembled.limit_thrust(world)  # type: ignore[arg-type]
-    assert drill.ordered["thrust"] == min(ordered_n, 5e3)
-    assert drill.loads["feed"] == pytest.approx(min(1.2 * max(ordered_n, 0.0), 5e3))
+    assert drill.ordered.thrust == min(ordered_n, 5e3)
+    assert drill.loads.feed == pytest.approx(min(1.2 * max(ordered_n, 0.0), 5e3))

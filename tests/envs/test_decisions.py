@@ -61,8 +61,7 @@ def test_feed_and_hammer_come_about_and_the_mask_says_when_they_cannot(hole: gym
     assert info["action_mask"].all()
     hole.step(np.array([0.2, -1.0, 0.0, 0.0, 0.0], dtype=np.float32))
     _, _, _, _, info = hole.step(np.array([0.2, -1.0, 0.0, 0.0, 0.0], dtype=np.float32))
-    loads = hole._sim.machine.drill.loads
-    assert float(loads["blow"]) == 0.0
+    assert hole._sim.machine.drill.loads.blow == 0.0
     assert hole._orders.feed_n == pytest.approx(FEED_N + 0.2 * FEED_RANGE_N)
     hole._sim.machine.drill.phase = "jam"
     assert hole.action_masks().tolist() == [False, False, True, True, True]

@@ -17,12 +17,12 @@ from testbed.laws.drill import DrillLoads, DrillOrder
 from testbed.laws.penetration import best_feed, penetration_rate, thrust_factor, wandering
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.recording.rows import DrillKnown
+from testbed.recording.rows import DataRow, DrillKnown
 from testbed.scenario.drilling import DrillHole, Rock
 from testbed.world import plant
 from testbed.world.board import Board
 from testbed.world.drilling.cycle import DrillCycle
-from testbed.world.drilling.drilling import drill_known
+from testbed.world.drilling.drilling import Loads, Told, drill_known
 from testbed.world.drilling.strata import VOID, Strata, sticking_places, strata_of
 
 DT = 0.01
@@ -41,10 +41,10 @@ def hole(**changes: object) -> DrillHole:
     return DrillHole.model_validate(given | changes)
 
 
-def rests(record: np.record) -> bool:
-    """Whether a drill's loads, or what its controls ask for, let nothing act."""
-    names = [name for name in record.dtype.names if name in (*DrillOrder.fields, "thrust")]
-    return not any(record[name] for name in names)
+def rests(drill: DrillCycle) -> bool:
+    """Whether a drill lets nothing act, and its controls ask for nothing."""
+    acting = [getattr(drill.loads, name) for name in DrillOrder.fields]
+    return not any([*acting, drill.ordered.thrust, drill.ordered.torque])
 
 
 def drilled(
@@ -54,7 +54,7 @@ def drilled(
     the store, kg.
     """
     cycle, events, rows, moved = (
-        DrillCycle(task, DrillLoads.zeros()[0], 1, build_machine()),
+        DrillCycle(task, 1, build_machine()),
         [],
         [],
         0.0,
@@ -63,7 +63,7 @@ def drilled(
         events += [{"t": k * DT, **e} for e in cycle.update(k * DT, DT)]
         moved += cycle.store_change_kg
         cycle.store_change_kg = 0.0
-        rows.append(cycle.loads.copy())
+        rows.append(cycle.loads.numbers())
         if cycle.phase == "done":
             break
     return cycle, events, np.array(rows, DrillLoads.dtype), moved
@@ -91,24 +91,24 @@ def test_a_hole_is_drilled_rod_by_rod_and_taken_out_rod_by_rod() -> None:
     assert rows[-1]["mast_mass"] == pytest.approx(10.2) and rows[-1][
         "string_mass"
     ] == pytest.approx(0.0)
-    assert rests(rows[-1]) and rests(cycle.ordered)
+    assert rests(cycle)
 
 
 def test_another_seed_on_the_way_changes_what_is_still_random_and_not_the_rock() -> None:
-    cycles = [DrillCycle(hole(), DrillLoads.zeros()[0], 1, build_machine()) for _ in range(3)]
+    cycles = [DrillCycle(hole(), 1, build_machine()) for _ in range(3)]
     for cycle, seed in zip(cycles, (None, 7, 8), strict=True):
         if seed is not None:
             cycle.reseed(seed)
         for k in range(1000):
             cycle.update(k * DT, DT)
-    feeds = [float(cycle.loads["feed"]) for cycle in cycles]
+    feeds = [cycle.loads.feed for cycle in cycles]
     assert len(set(feeds)) == len(feeds)
     assert all(cycle.strata == cycles[0].strata for cycle in cycles)
 
 
 def test_a_hole_without_extraction_ends_with_a_feed_that_has_let_go() -> None:
-    cycle, _, rows, _ = drilled(hole(extract=False))
-    assert cycle.phase == "done" and rests(rows[-1]) and rests(cycle.ordered)
+    cycle, *_ = drilled(hole(extract=False))
+    assert cycle.phase == "done" and rests(cycle)
 
 
 def test_control_counts_every_rod_wherever_it_is() -> None:
@@ -118,7 +118,7 @@ def test_control_counts_every_rod_wherever_it_is() -> None:
     With one left in the string when it is done, the store has gained one: 10.2 kg.
     """
     task = hole()
-    cycle = DrillCycle(task, DrillLoads.zeros()[0], 1, build_machine())
+    cycle = DrillCycle(task, 1, build_machine())
     known, counted, most_in_mast = DrillKnown.zeros()[0], set(), 0.0
     for k in range(6000):
         cycle.update(k * DT, DT)
@@ -148,7 +148,7 @@ def test_expected_loads_carry_the_rods_of_a_string_in_the_hole() -> None:
 
 def test_the_string_weighs_what_its_rods_weigh_at_any_time() -> None:
     task = hole(rod_kg=95.0)
-    cycle = DrillCycle(task, DrillLoads.zeros()[0], 1, build_machine())
+    cycle = DrillCycle(task, 1, build_machine())
     store = cycle.store_kg
     for k in range(4000):
         cycle.update(k * DT, DT)
@@ -240,14 +240,14 @@ def test_hard_rock_wants_more_feed_than_soft_rock() -> None:
     """
     assert best_feed(5500.0, 1.0, 0.35) == 5500.0
     assert best_feed(5500.0, 2.0, 0.35) == pytest.approx(1.2746 * 5500.0, rel=1e-4)
-    cycle = DrillCycle(hole(), DrillLoads.zeros()[0], 1, build_machine())
+    cycle = DrillCycle(hole(), 1, build_machine())
     assert cycle.best_feed_n(2.9) == pytest.approx(5500.0 * (5.0 / 13.0) ** 0.35)
 
 
 def _ordered(feed_n: float | None, hammer: float, seconds: float = 12.0) -> DrillCycle:
     """Soft rock, whose best feed is 3.9 kN, drilled with what control orders."""
     task = hole(drilled_m=0.1, depth_m=1.4, extract=False, position_s=1.0)
-    cycle = DrillCycle(task, DrillLoads.zeros()[0], 1, build_machine())
+    cycle = DrillCycle(task, 1, build_machine())
     cycle.feed_n, cycle.hammer = feed_n, hammer
     for k in range(round(seconds / DT)):
         cycle.update(k * DT, DT)
@@ -258,7 +258,7 @@ def test_control_orders_feed_and_hammer_while_it_drills() -> None:
     best, half, gentle = _ordered(3940.0, 1.0), _ordered(3940.0, 0.5), _ordered(1970.0, 1.0)
     assert half.depth_m - 0.1 == pytest.approx(0.5 * (best.depth_m - 0.1), rel=0.02)
     assert gentle.depth_m - 0.1 == pytest.approx(0.75 * (best.depth_m - 0.1), rel=0.05)
-    assert float(half.loads["blow"]) == pytest.approx(0.5 * float(best.loads["blow"]))
+    assert half.loads.blow == pytest.approx(0.5 * best.loads.blow)
     assert _ordered(None, 1.0).depth_m == _ordered(5000.0, 1.0).depth_m
 
 
@@ -268,7 +268,7 @@ def test_a_bit_pressed_at_nearly_twice_its_best_feed_jams_and_is_turned_free() -
     """
     cycle = _ordered(1.9 * 3940.0, 1.0, seconds=4.5)
     assert cycle.phase == "jam" and cycle.summary()["drill"]["jams"] == 1
-    assert float(cycle.ordered["thrust"]) < 1.9 * 3940.0
+    assert cycle.ordered.thrust < 1.9 * 3940.0
     assert _ordered(1.9 * 3940.0, 1.0, seconds=13.0).phase == "drill"
     assert _ordered(1.4 * 3940.0, 1.0).summary()["drill"]["jams"] == 0
 
@@ -350,3 +350,21 @@ def test_the_mast_is_turned_back_by_the_legs_on_its_low_side() -> None:
     for k in range(450, 800):
         _, rates = set_points.follow(mast.over(held, k * DT, DT, nearly), DT)
     assert not rates.any() and set_points.joints[2] > 0.0
+
+
+def test_what_a_drill_works_out_has_the_names_and_the_order_of_what_the_world_reads() -> None:
+    assert tuple(vars(Loads())) == tuple(DrillLoads.fields)
+
+
+def test_the_board_and_the_row_are_told_whatever_changes() -> None:
+    cycle = DrillCycle(hole(), 1, build_machine())
+    boards, rows = Board.zeros(), DataRow.zeros()
+    told = Told(cycle)
+    for k in range(1500):
+        cycle.update(k * DT, DT)
+        told.tell(boards, rows[0])
+        assert boards["drill"][0].item() == cycle.loads.numbers()
+        assert rows[0].ordered_thrust == cycle.ordered.thrust
+        assert rows[0].ordered_torque == -cycle.ordered.torque
+        assert rows[0].rods_stored == cycle.stored_kg
+    assert cycle.loads.feed > 0.0

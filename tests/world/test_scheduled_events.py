@@ -28,11 +28,12 @@ TICK_S = 0.01
 
 def machine() -> Any:
     """The board of a machine, and what it is told beside the board."""
-    board = Board.zeros()[0]
-    board.ropes["whole"] = 1.0
+    boards = Board.zeros()
+    boards["ropes"]["whole"] = 1.0
     told: list[tuple[str, float]] = []
     return SimpleNamespace(
-        board=board,
+        boards=boards,
+        board=boards[0],
         told=told,
         hidden=Hidden(),
         set_friction=lambda friction: told.append(("friction", friction)),

@@ -11,7 +11,6 @@ from shipped import shipped_model
 from testbed import resources
 from testbed.control.valve_loop import PositionLoop, valve_command
 from testbed.errors import InputError
-from testbed.laws.drill import DrillLoads
 from testbed.machine.build import build_machine
 from testbed.robot.robot import LegKinematics, length
 from testbed.robot.urdf.merge import merged
@@ -173,9 +172,7 @@ def test_drill_program_ramps_moves_rods_and_ends() -> None:
         RodChange(kind="rod_change", duration_s=2.0, rod_kg=10.2),
         PullOut(kind="pull_out", duration_s=2.0, pull_n=8000.0),
     )
-    program = DrillProgram(
-        Drill(kind="drill", start_s=1.0, ramp_s=0.5, phases=phases), DrillLoads.zeros()[0]
-    )
+    program = DrillProgram(Drill(kind="drill", start_s=1.0, ramp_s=0.5, phases=phases))
     assert not program.update(0.5, 0.01)
     assert program.update(1.25, 0.01)
     assert program.loads.feed == pytest.approx(2500.0)
@@ -192,9 +189,7 @@ def test_drill_program_ramps_moves_rods_and_ends() -> None:
 
 def test_a_drill_that_begins_again_finds_its_phase_where_the_sum_of_times_rounds_up() -> None:
     push = Push(kind="push", duration_s=11.2)
-    program = DrillProgram(
-        Drill(kind="drill", start_s=6.4, repeat=True, phases=(push,)), DrillLoads.zeros()[0]
-    )
+    program = DrillProgram(Drill(kind="drill", start_s=6.4, repeat=True, phases=(push,)))
     assert divmod(40.0 - 6.4, (6.4 + 11.2) - 6.4)[1] + 6.4 >= 6.4 + 11.2
     program.update(40.0, 0.01)
     assert program.phase == "push"

@@ -40,13 +40,13 @@ class Hold:
 
     def command(self, t: float, dt: float, measured: Measured) -> Command:
         """See Gait."""
-        self._lowest_m = float(measured.position[list(VERTICAL)].min())
         if self._raise is None and not self._events:
             return self._held
         joints = self._held.joints.copy()
         stance = np.ones(len(LEGS), dtype=bool)
         rope_rates = np.zeros(len(SIDES))
         if self._raise is not None:
+            self._lowest_m = float(measured.position[list(VERTICAL)].min())
             joints[list(VERTICAL)] = self._raised(self._raise, t + dt)
         for event in self._events:
             if isinstance(event, LiftFoot):

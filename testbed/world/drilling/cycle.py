@@ -16,11 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from testbed.laws.drill import scale_order
 from testbed.laws.penetration import best_feed, penetration_rate, thrust_factor, wandering
 from testbed.machine.model import Machine
 from testbed.scenario.drilling import DrillHole
-from testbed.world.drilling.drilling import Ordered
+from testbed.world.drilling.drilling import Loads, Ordered
 from testbed.world.drilling.strata import VOID, Strata, sticking_places, strata_of
 
 Happened = dict[str, Any]
@@ -44,11 +43,11 @@ class DrillCycle:
     down.
     """
 
-    def __init__(self, task: DrillHole, loads: Any, seed: int, numbers: Machine) -> None:
-        self.task, self.loads = task, loads
+    def __init__(self, task: DrillHole, seed: int, numbers: Machine) -> None:
+        self.task, self.loads = task, Loads()
         self.phase = "idle"
         self.store_change_kg = 0.0
-        self.ordered = Ordered.zeros()[0]
+        self.ordered = Ordered()
         self.most_n = math.inf
         self.feed_n: float | None = None
         self.hammer = 1.0
@@ -67,7 +66,8 @@ class DrillCycle:
         self._since = 0.0
         self._force = 0.0
         """Feed (+) or pull (-) that has built up, N."""
-        self._wander = np.zeros(2)
+        self._wander = [0.0, 0.0]
+        """By how much feed and torque are off what they are meant to be, as shares."""
         self._hold: float | None = None
         self._in_void = False
         self._clogged_s = 0.0
@@ -113,16 +113,16 @@ class DrillCycle:
             return self._news
         if self.phase == "idle":
             self._begin("position")
-        scale_order(self.loads, 0.0)
-        self.ordered["thrust"] = self.ordered["torque"] = 0.0
+        self.loads.scale_order(0.0)
+        self.ordered.thrust = self.ordered.torque = 0.0
         before = self.store_kg
         self._phases[self.phase](dt)
         self._since += dt
         self.store_change_kg += self.store_kg - before
-        self._pull_max = max(self._pull_max, float(self.loads["pull"]))
+        self._pull_max = max(self._pull_max, self.loads.pull)
         if self.phase == "done":
-            scale_order(self.loads, 0.0)
-            self.ordered["thrust"] = self.ordered["torque"] = 0.0
+            self.loads.scale_order(0.0)
+            self.ordered.thrust = self.ordered.torque = 0.0
         self._weigh()
         return self._news
 
@@ -145,10 +145,10 @@ class DrillCycle:
             max(self.rods * task.rod_length_m - self.bit_m, 0.0), self.rods * task.rod_length_m
         )
         share = out_m / task.rod_length_m
-        self.loads["mast_mass"] = (share + self._in_hand) * task.rod_kg
-        self.loads["string_mass"] = (self.rods - share) * task.rod_kg
-        self.loads["mast_height"] = 0.5 * max(out_m, self._in_hand * task.rod_length_m)
-        self.loads["depth"] = self.depth_m
+        self.loads.mast_mass = (share + self._in_hand) * task.rod_kg
+        self.loads.string_mass = (self.rods - share) * task.rod_kg
+        self.loads.mast_height = 0.5 * max(out_m, self._in_hand * task.rod_length_m)
+        self.loads.depth = self.depth_m
 
     def _towards(self, wanted_n: float, full_n: float, dt: float) -> float:
         """Force of the feed, which changes by at most `full_n` in ramp_s."""
@@ -172,8 +172,8 @@ class DrillCycle:
     def _drill(self, dt: float) -> None:
         task, kind_bottom = self.task, self.strata.at(self.depth_m)
         gentle = task.collar_share if self.phase == "collar" else 1.0
-        self.ordered["thrust"] = min(gentle * self._wanted_n, self.most_n)
-        self.ordered["torque"] = gentle * task.torque_nm
+        self.ordered.thrust = min(gentle * self._wanted_n, self.most_n)
+        self.ordered.torque = gentle * task.torque_nm
         if kind_bottom[0] == VOID:
             self._fall(kind_bottom[1], dt)
         else:
@@ -213,7 +213,7 @@ class DrillCycle:
         runs freely.
         """
         self._push(self._towards(0.0, self.task.feed_n, dt), self.task.torque_nm)
-        self.ordered["torque"] = self.task.torque_nm
+        self.ordered.torque = self.task.torque_nm
         if self._since >= self.task.jam_free_s:
             self._begin("collar" if self.depth_m < self.task.collar_m else "drill")
 
@@ -239,16 +239,16 @@ class DrillCycle:
         over = (pressed - numbers.jam_feed_share) / (2.0 - numbers.jam_feed_share)
         self._clogged_s = max(0.0, self._clogged_s + max(over, -1.0) * dt)
         self._push(feed, rock.torque_share * built * task.torque_nm)
-        for index, load in enumerate(("feed", "torque")):
-            self._wander[index] = wandering(
-                self._wander[index],
-                numbers.unsteadiness,
-                numbers.unsteadiness_time_s,
-                dt,
-                self._rng.normal(),
+        self._wander = [
+            wandering(
+                wander, numbers.unsteadiness, numbers.unsteadiness_time_s, dt, self._rng.normal()
             )
-            self.loads[load] *= max(0.0, 1.0 + self._wander[index])
-        self.loads["blow"], self.loads["blow_rate"] = (
+            for wander in self._wander
+        ]
+        feed_share, torque_share = (max(0.0, 1.0 + wander) for wander in self._wander)
+        self.loads.feed *= feed_share
+        self.loads.torque *= torque_share
+        self.loads.blow, self.loads.blow_rate = (
             rock.blow_share * built * self.hammer * task.blow_n,
             task.blow_hz,
         )
@@ -294,13 +294,13 @@ class DrillCycle:
         share = (self._since + dt) / self.task.rod_change_s
         self._push(self._towards(0.0, self.task.feed_n, dt), 0.0)
         screws = share > GIVE if self.phase == "add_rod" else share < TAKE
-        self.loads["torque"] = (
+        self.loads.torque = (
             MAKE_UP_SHARE
             * self.task.torque_nm
             * screws
             * (1.0 if self.phase == "add_rod" else -1.0)
         )
-        self.ordered["torque"] = self.loads["torque"]
+        self.ordered.torque = self.loads.torque
         return share
 
     def _extract(self, dt: float) -> None:
@@ -330,7 +330,7 @@ class DrillCycle:
         pull = -self._towards(-task.pull_max_n, task.pull_max_n / 10.0, dt)
         jerk = 1.0 - JERK_SHARE + JERK_SHARE * math.sin(2.0 * math.pi * JERK_HZ * self._since)
         self._push(-pull * jerk, 0.0)
-        self.loads["blow"], self.loads["blow_rate"] = 0.5 * task.blow_n, task.blow_hz
+        self.loads.blow, self.loads.blow_rate = 0.5 * task.blow_n, task.blow_hz
         self._hold *= math.exp(-dt / WEAR_S)
         if pull * jerk > self._hold:
             self._hold = None
@@ -349,10 +349,10 @@ class DrillCycle:
         """Feed (+) or pull (-) and torque of this tick; but for drilling, the controls ordered just
         that.
         """
-        self.loads["feed"], self.loads["pull"] = max(force_n, 0.0), max(-force_n, 0.0)
-        self.loads["torque"] = torque_nm
+        self.loads.feed, self.loads.pull = max(force_n, 0.0), max(-force_n, 0.0)
+        self.loads.torque = torque_nm
         if self.phase not in ("collar", "drill"):
-            self.ordered["thrust"] = force_n
+            self.ordered.thrust = force_n
 
     def summary(self) -> dict[str, Any]:
         """See drilling.Drilling."""

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any, Protocol
 
-from testbed.formats.records import Record, quantity
-from testbed.laws.drill import scale_order
+from numpy.typing import NDArray
+
 from testbed.machine.model import Machine
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
@@ -26,24 +27,55 @@ def ramp_share(begun_s: float, duration_s: float, ramp_s: float) -> float:
     return min(1.0, begun_s / ramp_s, (duration_s - begun_s) / ramp_s) if ramp_s > 0.0 else 1.0
 
 
-class Ordered(Record):
+@dataclass
+class Loads:
+    """What the drill does to the body and where its string is: the numbers of DrillLoads, in its
+    order and units, while the drill works them out.
+    """
+
+    feed: float = 0.0
+    blow: float = 0.0
+    blow_rate: float = 0.0
+    torque: float = 0.0
+    pull: float = 0.0
+    string_mass: float = 0.0
+    mast_mass: float = 0.0
+    mast_height: float = 0.0
+    depth: float = 0.0
+
+    def numbers(self) -> tuple[float, ...]:
+        """All of them, in the order of DrillLoads."""
+        return tuple(vars(self).values())
+
+    def scale_order(self, share: float) -> None:
+        """Scale what acts; where the string is stays as it is."""
+        self.feed *= share
+        self.blow *= share
+        self.blow_rate *= share
+        self.torque *= share
+        self.pull *= share
+
+
+@dataclass
+class Ordered:
     """What the drill's controls ask for."""
 
-    thrust = quantity("N", "away from the slope")
-    torque = quantity("N m", "on the rod")
+    thrust: float = 0.0
+    """N, away from the slope."""
+    torque: float = 0.0
+    """N m, on the rod."""
 
 
 class Drilling(Protocol):
-    """A drill at work. `loads` (one DrillLoads) is refreshed by `update`."""
+    """A drill at work. `loads` is refreshed by `update`."""
 
-    loads: Any
+    loads: Loads
     phase: str
     store_change_kg: float
     """Mass to be put on the rod store (negative: taken off it); whoever does so sets it back to
     0.
     """
-    ordered: Any
-    """What the drill's controls ask for: one Ordered."""
+    ordered: Ordered
     most_n: float
     """Feed that the stance allows."""
     feed_n: float | None
@@ -80,12 +112,12 @@ class Drilling(Protocol):
 class DrillProgram:
     """Phases of a scenario one after the other, whatever the rock; None: a drill that rests."""
 
-    def __init__(self, task: Drill | None, loads: Any) -> None:
-        self.loads = loads
+    def __init__(self, task: Drill | None) -> None:
+        self.loads = Loads()
         self.phase = "idle"
         self.store_change_kg = 0.0
         self.stored_kg = 0.0
-        self.ordered = Ordered.zeros()[0]
+        self.ordered = Ordered()
         self.most_n = math.inf
         self.feed_n: float | None = None
         self.hammer = 1.0
@@ -101,8 +133,8 @@ class DrillProgram:
         """See Drilling."""
         before = self.phase
         self._set(t, dt)
-        self.ordered["thrust"] = self.loads["feed"] - self.loads["pull"]
-        self.ordered["torque"] = self.loads["torque"]
+        self.ordered.thrust = self.loads.feed - self.loads.pull
+        self.ordered.torque = self.loads.torque
         return [{"kind": f"drill_{self.phase}"}] if self.phase != before else []
 
     def _set(self, t: float, dt: float) -> None:
@@ -111,7 +143,8 @@ class DrillProgram:
             return
         length = self._starts[-1] - self._starts[0]
         lap, since = divmod(t - self._starts[0], length)
-        scale_order(self.loads, 0.0)
+        loads = self.loads
+        loads.scale_order(0.0)
         if lap > 0 and not task.repeat:
             self.phase = "done"
             return
@@ -122,13 +155,12 @@ class DrillProgram:
         ramp = ramp_share(begun, phase.duration_s, task.ramp_s)
         if isinstance(phase, Push | Hammer):
             feed = phase.feed_n if self.feed_n is None else self.feed_n
-            self.loads["feed"], self.loads["torque"] = ramp * feed, ramp * phase.torque_nm
+            loads.feed, loads.torque = ramp * feed, ramp * phase.torque_nm
         if isinstance(phase, Hammer):
-            blow = ramp * self.hammer * phase.blow_n
-            self.loads["blow"], self.loads["blow_rate"] = blow, phase.blow_hz
-            self.loads["depth"] += dt * self.hammer * phase.penetration_m_s
+            loads.blow, loads.blow_rate = ramp * self.hammer * phase.blow_n, phase.blow_hz
+            loads.depth += dt * self.hammer * phase.penetration_m_s
         if isinstance(phase, PullOut):
-            self.loads["pull"] = ramp * phase.pull_n
+            loads.pull = ramp * phase.pull_n
         index = int(lap) * len(task.phases) + k
         if (
             isinstance(phase, RodChange)
@@ -136,7 +168,7 @@ class DrillProgram:
             and begun >= phase.duration_s / 2
         ):
             self._changed = index
-            self.loads["string_mass"] += phase.rod_kg
+            loads.string_mass += phase.rod_kg
             self.store_change_kg -= phase.rod_kg
             self.stored_kg -= phase.rod_kg
         self.phase = phase.kind
@@ -146,7 +178,7 @@ class DrillProgram:
 
     def summary(self) -> dict[str, Any]:
         """See Drilling."""
-        return {"hole_depth_m": float(self.loads["depth"])}
+        return {"hole_depth_m": self.loads.depth}
 
     def progress(self) -> dict[str, Any]:
         """See Drilling."""
@@ -160,25 +192,40 @@ def drill_known(drill: Drilling, known: Any) -> Any:
     """What the drill's controls know of it now, into `known` (a DrillKnown, or a row that has its
     fields).
     """
-    known["ordered_thrust"], known["ordered_torque"] = (
-        drill.ordered["thrust"],
-        -drill.ordered["torque"],
-    )
-    known["rods_in_hole"], known["rods_in_mast"] = (
-        drill.loads["string_mass"],
-        drill.loads["mast_mass"],
-    )
-    known["rods_mast_height"], known["rods_stored"] = drill.loads["mast_height"], drill.stored_kg
+    ordered, loads = drill.ordered, drill.loads
+    known["ordered_thrust"], known["ordered_torque"] = ordered.thrust, -ordered.torque
+    known["rods_in_hole"], known["rods_in_mast"] = loads.string_mass, loads.mast_mass
+    known["rods_mast_height"], known["rods_stored"] = loads.mast_height, drill.stored_kg
     return known
 
 
-def drilling_of(task: object, loads: Any, seed: int, numbers: Machine) -> Drilling:
+class Told:
+    """Tells the board and the row what a drill does and what its controls know, whenever that
+    changes.
+    """
+
+    def __init__(self, drill: Drilling) -> None:
+        self._drill = drill
+        self._last: tuple[float, ...] = ()
+
+    def tell(self, boards: NDArray[Any], row: Any) -> None:
+        """Write to an array of one Board and to one DataRow."""
+        drill = self._drill
+        loads = drill.loads.numbers()
+        now = (*loads, drill.ordered.thrust, drill.ordered.torque, drill.stored_kg)
+        if now != self._last:
+            self._last = now
+            boards["drill"][0] = loads
+            drill_known(drill, row)
+
+
+def drilling_of(task: object, seed: int, numbers: Machine) -> Drilling:
     """The drill's program of a scenario's task; `numbers`: the true machine's."""
     if isinstance(task, DrillHole):
         from testbed.world.drilling.cycle import DrillCycle
 
-        return DrillCycle(task, loads, seed, numbers)
-    return DrillProgram(task if isinstance(task, Drill) else None, loads)
+        return DrillCycle(task, seed, numbers)
+    return DrillProgram(task if isinstance(task, Drill) else None)
 
 
 FADE_S, RESUME_S = 0.05, 0.5
@@ -206,7 +253,7 @@ class DrillHold:
         else:
             news = drill.update(t - self._waited_s, dt)
         if self._share < 1.0:
-            scale_order(drill.loads, self._share)
-            drill.ordered["thrust"] *= self._share
-            drill.ordered["torque"] *= self._share
+            drill.loads.scale_order(self._share)
+            drill.ordered.thrust *= self._share
+            drill.ordered.torque *= self._share
         return news

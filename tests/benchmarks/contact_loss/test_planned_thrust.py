@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.contact_loss.warning import planned_thrust
-from testbed.laws.drill import DrillLoads
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import Drill, PullOut, Push, Rest
 from testbed.world.drilling.drilling import DrillProgram, ramp_share
@@ -41,11 +40,11 @@ def test_a_trapezoid_by_hand() -> None:
 @pytest.mark.parametrize("repeat", [False, True])
 def test_it_is_what_the_drill_then_orders(repeat: bool) -> None:
     task = Drill(kind="drill", start_s=0.3, ramp_s=0.2, repeat=repeat, phases=PHASES)
-    program, plan = DrillProgram(task, DrillLoads.zeros()[0]), planned_thrust(task, 900, 0.01)
+    program, plan = DrillProgram(task), planned_thrust(task, 900, 0.01)
     ordered = []
     for n in range(900):
         program.update((n + 1) * 0.01, 0.01)
-        ordered.append(program.ordered[0])
+        ordered.append(program.ordered.thrust)
     edges = (
         np.abs(np.diff(ordered, prepend=0.0)) > 60.0
     )  # where a phase begins, rounding decides whose sample it is
