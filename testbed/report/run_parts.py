@@ -171,11 +171,16 @@ def friction_use(truth: Columns, leg: str, friction: float, bears_n: float) -> A
     """Tangential force over coefficient times normal force (rows); nan where the foot does not
     carry.
     """
-    force = np.stack([truth[f"foot_force_in_world_{leg}_{axis}"] for axis in "xyz"])
-    normal = truth[f"contact_normal_{leg}"]
-    tangential = np.sqrt(np.maximum((force**2).sum(axis=0) - normal**2, 0.0))
+    normal, tangential = foot_parts(truth, leg)
     carries = normal >= bears_n
     return np.where(carries, tangential / (friction * np.where(carries, normal, 1.0)), np.nan)
+
+
+def foot_parts(truth: Columns, leg: str) -> tuple[Array, Array]:
+    """Normal and tangential part of the ground's force on a foot, N, (rows) each."""
+    force = np.stack([truth[f"foot_force_in_world_{leg}_{axis}"] for axis in "xyz"])
+    normal = truth[f"contact_normal_{leg}"]
+    return normal, np.sqrt(np.maximum((force**2).sum(axis=0) - normal**2, 0.0))
 
 
 NO_FEET = [

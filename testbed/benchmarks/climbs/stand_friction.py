@@ -86,6 +86,7 @@ def _use(overrides: Sequence[str], duration_s: float) -> tuple[Array, Array]:
     """Tangential over the most tangential force, (rows): of the foot that uses most, and of the
     feet's sums.
     """
+    from testbed.report.run_parts import foot_parts
     from testbed.world.simulation import Simulation
 
     world = Simulation(load_scenario("stand_slope_45", list(overrides), duration=duration_s))
@@ -97,10 +98,6 @@ def _use(overrides: Sequence[str], duration_s: float) -> tuple[Array, Array]:
         columns = dict(zip(world.truth_columns, np.concatenate(truth).T, strict=True))
     finally:
         world.close()
-    force = np.array(
-        [[columns[f"foot_force_in_world_{leg}_{axis}"] for axis in "xyz"] for leg in LEGS]
-    )
-    normal = np.array([columns[f"contact_normal_{leg}"] for leg in LEGS])
-    tangential = np.sqrt(np.maximum((force**2).sum(axis=1) - normal**2, 0.0))
+    normal, tangential = np.array([foot_parts(columns, leg) for leg in LEGS]).swapaxes(0, 1)
     most = friction[:, None] * normal
     return (tangential / most).max(axis=0), tangential.sum(axis=0) / most.sum(axis=0)
