@@ -32,6 +32,7 @@ from testbed.control.gait import Command, Measured, along_vertical
 from testbed.effects import by_name, ground_settling, sensor_drift_a, sensor_zero
 from testbed.formats.arrays import Array
 from testbed.formats.yaml_files import read_mapping
+from testbed.machine.build import build_machine
 from testbed.machine.names import AXES, LEGS
 from testbed.scenario.scenario import Scenario, load_scenario
 
@@ -168,6 +169,7 @@ def draw(scene: Scene, stride_m: float = STRIDES_M[0]) -> Drawn:
     knots = np.zeros(1)
     if scene.kind != "crawl":
         phases, upsets = _drilling(rng, scene.duration_s, weight_n)
+        _leave_rods(phases, build_machine().rod_store_body.mass_kg + payload_kg)
         gradual = any(u.kind == "thrust" and u.gradual for u in upsets)
         ramp_s = float(rng.uniform(1.5, 3.0) if gradual else 10 ** rng.uniform(-1.3, 0.0))
         site["task"] = {"kind": "drill", "start_s": SETTLE_S, "phases": phases, "ramp_s": ramp_s}
@@ -279,6 +281,22 @@ def _drilling(
             upsets.append(Upset(upset, begin, now + length, gradual, int(rng.integers(4))))
         now += length
     return phases, upsets
+
+
+LEAST_LEFT = 0.1
+"""Share of the rod store that stays in it where rod changes would have taken more than all."""
+
+
+def _leave_rods(phases: list[Tree], stored_kg: float) -> None:
+    """Make the rods of all changes lighter alike, in place, where a store of this mass lacks
+    them.
+    """
+    taken_kg = sum(phase.get("rod_kg", 0.0) for phase in phases)
+    if taken_kg < stored_kg:
+        return
+    for phase in phases:
+        if "rod_kg" in phase:
+            phase["rod_kg"] *= (1.0 - LEAST_LEFT) * stored_kg / taken_kg
 
 
 def _phase(

@@ -365,3 +365,12 @@ def test_a_small_benchmark_writes_all_of_its_json_and_resumes(
 
 
 LENGTHS_S = {"drill": 5.0, "crawl": 5.0, "supervised": 5.0}
+
+
+def test_rod_changes_leave_something_in_the_store_and_change_nothing_where_it_has_enough() -> None:
+    """Four changes of this scene would take 165 kg off a store of 99 kg."""
+    scenario = draw(Scene("drill", "tuning", 358)).scenario
+    stored_kg = scenario.carried_kg + build_machine().rod_store_body.mass_kg
+    assert scenario.taken_kg == pytest.approx(0.9 * stored_kg)
+    enough = draw(Scene("drill", "tuning", 0)).scenario
+    assert enough.taken_kg < enough.carried_kg + build_machine().rod_store_body.mass_kg
