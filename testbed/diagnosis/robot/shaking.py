@@ -6,7 +6,8 @@ the body does over it,
 
     0 = a + w x p + J q,
 
-a the acceleration of the body's origin, w its angular one, p the foot, J its Jacobian, q the joints'.
+a the acceleration of the body's origin, w its angular one, p the foot, J its Jacobian, q the
+joints'.
 """
 
 from __future__ import annotations
