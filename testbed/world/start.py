@@ -192,7 +192,9 @@ def _gaps(engine: Engine, rotation: Array) -> tuple[Array, Array]:
     for leg, name in enumerate(LEGS):
         gap_m, towards_foot = engine.feet.gap(leg)
         if not math.isfinite(gap_m):
-            raise InputError("the start posture stands beside the ground", field=f"robot foot {name}")
+            raise InputError(
+                "the start posture stands beside the ground", field=f"robot foot {name}"
+            )
         gaps_m[leg] = gap_m
         ways_m[leg] = gap_m / max(float(towards_foot @ rotation[:, 2]), 0.3)
     return gaps_m, ways_m
