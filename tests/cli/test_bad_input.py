@@ -426,6 +426,21 @@ def test_an_estimate_does_not_take_the_place_of_its_recording(
     assert (desk / "press/data.csv").read_text().startswith("t,x,pA,pB")
 
 
+@pytest.mark.parametrize("name", ["recording.yaml", "data.csv"])
+def test_a_model_does_not_take_the_place_of_a_recording_that_it_was_found_from(
+    name: str, desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (desk / "rig/identify/press").mkdir(parents=True)
+    (desk / "rig/identify/press/recording.yaml").write_text(RECORDING)
+    assert_refused(
+        ["identify", "rig", "--out", f"rig/identify/press/{name}"],
+        f"rig/identify/press/{name}: --out: is the recording itself",
+        monkeypatch,
+        capsys,
+        desk,
+    )
+
+
 @pytest.fixture
 def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with files of all sorts; the working directory."""
