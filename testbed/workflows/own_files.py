@@ -24,13 +24,11 @@ def check_answer(path: str | Path, endings: Sequence[str] = ()) -> Path:
     """See that `--out` can be made (`check_file`), and that it is no header, table or truth of a
     recording, this one's or another's. A table that stood beside them before is written anew.
     """
-    file = check_file(path, endings)
-    folder = file.resolve().parent
-    header = header_of(folder)
-    if header:
-        own = {(folder / str(name)).resolve() for name in (HEADER, header.get("data"), TRUTH)}
-        if file.resolve() in own:
-            raise InputError(
-                "is the recording itself", file=file, field="--out", allowed="another file"
-            )
-    return file
+    file, folder = Path(path), Path(path).resolve().parent
+    header = header_of(folder) if file.name else {}
+    own = {folder / str(name) for name in (HEADER, header.get("data"), TRUTH)}
+    if header and file.resolve() in {whole.resolve() for whole in own}:
+        raise InputError(
+            "is the recording itself", file=file, field="--out", allowed="another file"
+        )
+    return check_file(path, endings)
