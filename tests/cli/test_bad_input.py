@@ -73,6 +73,10 @@ SCENARIOS: dict[str, tuple[str, str]] = {
     ),
     "rope_that_pushes": ("ropes: {tension_n: [100, -100]}", "ropes.tension_n"),
     "event_in_the_past": ("events: [{kind: cut_rope, at_s: -1, rope: left}]", "events.0.at_s = -1"),
+    "stop_of_nothing": (
+        "events: [{kind: stop, at_s: 1, duration_s: 1}]",
+        "case.yaml: events: stop with nothing that walks",
+    ),
     "no_such_rope": (
         "events: [{kind: cut_rope, at_s: 1, rope: middle}]",
         "events.0.rope = 'middle'",

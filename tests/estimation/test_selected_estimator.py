@@ -96,6 +96,15 @@ def test_over_a_recording_the_same_answers_are_refused(
         intervals_over(estimator_of(f"{file}:{name}"), DataRow.zeros(3).view(np.recarray))
 
 
+def test_where_a_recording_has_a_gap_no_load_need_be_told(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(MINE)
+    rows = DataRow.zeros(2).view(np.recarray)
+    rows["pressure_a"][:, 2] = np.nan
+    told = intervals_over(estimator_of(f"{file}:Broken"), rows)
+    assert told.shape == (2, 3, 4) and np.isnan(told).all()
+
+
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(InputError, match=r"estimator\.method = .kfb.: no such estimator"):
         _columns("estimator.method=kfb")
