@@ -66,12 +66,12 @@ class RunObservers:
         self._loads = {name: [nothing] for name in self._estimators}
 
     def take(self, rows: NDArray[Any]) -> None:
-        """The next rows (n,) of DataRow; each rider is handed copies of its own."""
+        """The next rows (n,) of DataRow; each rider of one's own is handed copies."""
         with user_code():
             if self._detectors:
                 samples = self._watch.samples(rows)
                 for name, detector in self._detectors.items():
-                    self._scores[name].append(scores_over(detector, samples.copy()))
+                    self._scores[name].append(scores_over(detector, samples))
             for name, estimator in self._estimators.items():
                 self._loads[name].append(loads_over(estimator, rows))
 
