@@ -29,8 +29,8 @@ def ramp_share(begun_s: float, duration_s: float, ramp_s: float) -> float:
 
 @dataclass
 class Loads:
-    """What the drill does to the body and where its string is: the numbers of DrillLoads, in its
-    order and units, while the drill works them out.
+    """What the drill does to the body and where its string is: the numbers of DrillLoads, by their
+    names and units, while the drill works them out.
     """
 
     feed: float = 0.0
@@ -44,7 +44,7 @@ class Loads:
     depth: float = 0.0
 
     def numbers(self) -> tuple[float, ...]:
-        """All of them, in the order of DrillLoads."""
+        """All of them."""
         return tuple(vars(self).values())
 
     def scale_order(self, share: float) -> None:
@@ -210,13 +210,15 @@ class Told:
 
     def tell(self, boards: NDArray[Any], row: Any) -> None:
         """Write to an array of one Board and to one DataRow."""
-        drill = self._drill
-        loads = drill.loads.numbers()
-        now = (*loads, drill.ordered.thrust, drill.ordered.torque, drill.stored_kg)
-        if now != self._last:
-            self._last = now
-            boards["drill"][0] = loads
-            drill_known(drill, row)
+        drill, on_board = self._drill, boards["drill"]
+        ordered = drill.ordered.thrust, drill.ordered.torque
+        now = (*drill.loads.numbers(), *ordered, drill.stored_kg)
+        if now == self._last:
+            return
+        self._last = now
+        for name, value in vars(drill.loads).items():
+            on_board[name] = value
+        drill_known(drill, row)
 
 
 def drilling_of(task: object, seed: int, numbers: Machine) -> Drilling:
