@@ -141,6 +141,10 @@ class Effect:
     """The declared number of a rig that it changes: where nobody declares it, it is fitted and no
     finding.
     """
+    within_a_sample: ClassVar[bool] = False
+    """What its size is within one sample of a drive's recorder is the recorder's own order: when a
+    command is written, and how long it is held.
+    """
     telling_motion: ClassVar[str] = ""
     """The experiment that shows it alone."""
     alike: ClassVar[Mapping[str, str]] = {}

@@ -96,7 +96,8 @@ class EffectEntry(Checked):
 
 class LegModel(Checked):
     """The believed model of one leg; `force_offset_n` is a constant force of sensor zeros,
-    downwards.
+    downwards; `force_held_s` the time by which a drive's force acts later than its row says: one
+    that is a command, held until the next, half a sample in the mean.
     """
 
     format: Literal["roboclimber-model/1"] = "roboclimber-model/1"
@@ -104,6 +105,7 @@ class LegModel(Checked):
     known: Known
     friction: Friction = Friction()
     force_offset_n: float = 0.0
+    force_held_s: NotNegative = 0.0
     effects: Annotated[tuple[EffectEntry, ...], Sequence] = ()
     description: str | None = None
 

@@ -178,6 +178,34 @@ AGAIN_M_S = 0.02
 """Stribeck speed, both ways, from which a leg's friction is fitted a second time."""
 
 
+HELD = (0.25, 0.5, 0.75, 1.0)
+"""Samples by which a force may act later than its row: a command that is held until the next acts
+half a sample later in the mean, and one that is written a row too early a sample at most."""
+SURELY_HELD = 6.0
+"""Log-likelihood of held-out blocks that speaks for a hold."""
+
+
+def _held(problem: Problem, fit: Fit) -> Fit:
+    """The fit, or the one whose force acts within a sample after its row, as a held command does,
+    where that foretells held-out blocks better; the problem's base model then holds it, too. It is
+    the recorder's, and no finding.
+    """
+    sample_s = 1.0 / min(one.full_rate_hz for one in problem.series)
+    base, without = problem.base, evidence(problem, fit)
+    best: tuple[float, LegModel, Fit] = (SURELY_HELD, base, fit)
+    for samples in HELD:
+        held = base.model_copy(update={"force_held_s": samples * sample_s})
+        problem.base = held
+        again = [restarted(coordinate, fit.at) for coordinate in fit.coordinates]
+        other = solve(problem, again, fit.at, iterations=20)
+        found = evidence(problem, other)
+        gain = found.gain_over(without, found)
+        if gain > best[0]:
+            best = (gain, held, other)
+    _, problem.base, kept = best
+    return kept
+
+
 def _better(problem: Problem, fit: Fit) -> Fit:
     """The fit, or the one from other Stribeck speeds where that predicts held-out blocks better:
     valleys are flat.
@@ -216,6 +244,8 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     fit = solve(problem, coordinates, Point(friction, Edges(), problem.believed), iterations=20)
     if problem.kind == "vertical-leg":
         fit = _better(problem, fit)
+    if problem.kind == "drive" and not problem.believed:
+        fit = _held(problem, fit)
     if fit.at.off:
         fit = _held_to_declared(problem, fit)
     return fit, fit.model(problem.base)

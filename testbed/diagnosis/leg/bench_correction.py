@@ -69,7 +69,8 @@ def bench_correction(
     # What goes along the stroke is in shares of the one that it was fitted with.
     known = identified.known.model_copy(update={"stroke_m": problem.base.known.stroke_m})
     entry = EffectEntry(name=UNNAMED.kind, parameters=parameters)
-    return identified.model_copy(update={"known": known, "effects": (entry,)})
+    held = {"force_held_s": problem.base.force_held_s}
+    return identified.model_copy(update={"known": known, "effects": (entry,)} | held)
 
 
 def _carries_over(after: RunErrors, before: RunErrors) -> bool:

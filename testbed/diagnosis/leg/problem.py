@@ -25,6 +25,7 @@ from testbed.diagnosis.leg.series import BIN, Series
 from testbed.effects.active import Active
 from testbed.effects.terms import ForceResidual, Observed, Signals
 from testbed.estimation.leg.balance import (
+    acting,
     corrected,
     external_n,
     force_terms,
@@ -184,9 +185,11 @@ class Problem:
         sensors alone.
         """
         sensors = [effect for effect in effects if effect.effect.overrides("correct")]
-        key = [(sensor.effect.name, dict(sensor.values)) for sensor in sensors]
+        held_s = self.base.force_held_s
+        key = (held_s, [(sensor.effect.name, dict(sensor.values)) for sensor in sensors])
         if self._corrected is None or self._corrected[0] != key:
-            self._corrected = (key, [corrected(one.signals, sensors) for one in self.series])
+            read = (acting(one.signals, held_s) for one in self.series)
+            self._corrected = (key, [corrected(signals, sensors) for signals in read])
         return self._corrected[1]
 
     def flow(self, model: LegModel, effects: Sequence[Active], edges: Edges) -> dict[str, Array]:
