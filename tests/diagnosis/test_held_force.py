@@ -1,0 +1,59 @@
+"""A drive's force that is a command, held until the next: half a sample late, and no finding."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from testbed.benchmarks.diagnosis.bench_rigs import make_bench
+from testbed.diagnosis.leg.base_models import fit_base
+from testbed.diagnosis.leg.problem import Problem
+from testbed.diagnosis.leg.series import series_of
+from testbed.estimation.leg.balance import acting
+from testbed.recording.axis import Recording
+from testbed.recording.leg_model import LegModel
+
+
+def clean_drive() -> tuple[Recording, ...]:
+    """The first simulated drive that hides nothing, as it was recorded to be fitted."""
+    rigs = (make_bench(seed) for seed in range(0, 24, 2))
+    return next(rig.identify for rig, hidden in rigs if hidden.kind == "clean")
+
+
+def fitted(recordings: tuple[Recording, ...]) -> Problem:
+    base = LegModel(rig="drive", known=recordings[0].known)
+    problem = Problem(series_of(recordings, base.known), base, False)
+    fit_base(problem)
+    return problem
+
+
+def earlier(recording: Recording, samples: float) -> Recording:
+    """The recording with its force written so many samples before it acts."""
+    assert recording.actuator_force_n is not None
+    at = np.arange(len(recording)) + samples
+    force = np.interp(at, np.arange(len(recording)), recording.actuator_force_n)
+    return replace(recording, actuator_force_n=force)
+
+
+def test_a_force_that_is_written_before_it_acts_is_found_to_be_held() -> None:
+    recordings = clean_drive()
+    one = series_of(recordings)[0]
+    assert fitted(recordings).base.force_held_s == 0.0
+    held = fitted(tuple(earlier(recording, 1.0) for recording in recordings))
+    assert held.base.force_held_s * one.full_rate_hz == pytest.approx(1.0, abs=0.26)
+
+
+def test_what_acts_is_what_was_given_half_a_sample_before() -> None:
+    signals = series_of(clean_drive())[0].signals
+    ramp = signals.with_(actuator_force_n=100.0 * signals.time_s)
+    acts = acting(ramp, 2e-3).actuator_force_n
+    assert acts is not None
+    assert acts[5:] == pytest.approx(100.0 * (signals.time_s[5:] - 2e-3))
+
+
+def test_only_a_drive_is_commanded() -> None:
+    known = clean_drive()[0].known
+    with pytest.raises(ValueError, match="force_held_s would have no effect on a cylinder"):
+        LegModel(rig="cylinder", known=known, force_held_s=1e-3)
