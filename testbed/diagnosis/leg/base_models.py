@@ -12,6 +12,7 @@ from testbed.diagnosis.leg.evidence import evidence
 from testbed.diagnosis.leg.fit import Fit, solve
 from testbed.diagnosis.leg.points import (
     DECLARED,
+    HELD,
     MOST_N,
     NUISANCE,
     ZERO,
@@ -131,6 +132,21 @@ def _clocked(problem: Problem) -> Coordinate:
     )
 
 
+USUALLY_HELD, HELD_SPREAD = 0.25, 0.25
+"""Samples by which a drive's force acts later than its row, and their standard deviation (E): half
+a sample that of a command held until the next, none that of a sensor."""
+
+
+def _commanded(problem: Problem) -> Coordinate:
+    """How much later a drive's force acts than its row says, a sample at most: the recorder's, and
+    no finding.
+    """
+    sample_s = 1.0 / min(one.full_rate_hz for one in problem.series)
+    usual, spread = USUALLY_HELD * sample_s, HELD_SPREAD * sample_s
+    start, scale = problem.base.force_held_s, 0.1 * sample_s
+    return Coordinate(HELD, "held_s", start, 0.0, sample_s, scale, prior=(usual, spread))
+
+
 def first_friction(
     series: Sequence[Series], model: LegModel, believed: Sequence[Active] = (), bench: bool = True
 ) -> tuple[Friction, float]:
@@ -178,34 +194,6 @@ AGAIN_M_S = 0.02
 """Stribeck speed, both ways, from which a leg's friction is fitted a second time."""
 
 
-HELD = (0.25, 0.5, 0.75, 1.0)
-"""Samples by which a force may act later than its row: a command that is held until the next acts
-half a sample later in the mean, and one that is written a row too early a sample at most."""
-SURELY_HELD = 6.0
-"""Log-likelihood of held-out blocks that speaks for a hold."""
-
-
-def _held(problem: Problem, fit: Fit) -> Fit:
-    """The fit, or the one whose force acts within a sample after its row, as a held command does,
-    where that foretells held-out blocks better; the problem's base model then holds it, too. It is
-    the recorder's, and no finding.
-    """
-    sample_s = 1.0 / min(one.full_rate_hz for one in problem.series)
-    base, without = problem.base, evidence(problem, fit)
-    best: tuple[float, LegModel, Fit] = (SURELY_HELD, base, fit)
-    for samples in HELD:
-        held = base.model_copy(update={"force_held_s": samples * sample_s})
-        problem.base = held
-        again = [restarted(coordinate, fit.at) for coordinate in fit.coordinates]
-        other = solve(problem, again, fit.at, iterations=20)
-        found = evidence(problem, other)
-        gain = found.gain_over(without, found)
-        if gain > best[0]:
-            best = (gain, held, other)
-    _, problem.base, kept = best
-    return kept
-
-
 def _better(problem: Problem, fit: Fit) -> Fit:
     """The fit, or the one from other Stribeck speeds where that predicts held-out blocks better:
     valleys are flat.
@@ -236,6 +224,8 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
         coordinates += [*METERING, _clocked(problem)]
     if problem.kind in ("cylinder", "drive"):
         coordinates.append(zero_force(scale))
+    if problem.kind == "drive":
+        coordinates.append(_commanded(problem))
     if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:
         friction = _fit_mass(problem, coordinates, friction)
         start = Point(friction, Edges(), problem.believed)
@@ -244,8 +234,6 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     fit = solve(problem, coordinates, Point(friction, Edges(), problem.believed), iterations=20)
     if problem.kind == "vertical-leg":
         fit = _better(problem, fit)
-    if problem.kind == "drive" and not problem.believed:
-        fit = _held(problem, fit)
     if fit.at.off:
         fit = _held_to_declared(problem, fit)
     return fit, fit.model(problem.base)

@@ -69,8 +69,7 @@ def bench_correction(
     # What goes along the stroke is in shares of the one that it was fitted with.
     known = identified.known.model_copy(update={"stroke_m": problem.base.known.stroke_m})
     entry = EffectEntry(name=UNNAMED.kind, parameters=parameters)
-    held = {"force_held_s": problem.base.force_held_s}
-    return identified.model_copy(update={"known": known, "effects": (entry,)} | held)
+    return identified.model_copy(update={"known": known, "effects": (entry,)})
 
 
 def _carries_over(after: RunErrors, before: RunErrors) -> bool:
