@@ -142,9 +142,7 @@ class Effect:
     finding.
     """
     within_a_sample: ClassVar[bool] = False
-    """What its size is within one sample of a drive's recorder is the recorder's own order: when a
-    command is written, and how long it is held.
-    """
+    """Of a size within one sample of a drive's recorder it is the recorder's, and no finding."""
     telling_motion: ClassVar[str] = ""
     """The experiment that shows it alone."""
     alike: ClassVar[Mapping[str, str]] = {}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +12,11 @@ import pytest
 from testbed.benchmarks.diagnosis.bench_rigs import make_bench
 from testbed.diagnosis.leg.base_models import fit_base
 from testbed.diagnosis.leg.problem import Problem
+from testbed.diagnosis.leg.proof import _excludes_zero
 from testbed.diagnosis.leg.series import series_of
 from testbed.estimation.leg.balance import acting
 from testbed.recording.axis import Recording
-from testbed.recording.leg_model import LegModel
+from testbed.recording.leg_model import EffectEntry, LegModel, Parameter
 
 
 def clean_drive() -> tuple[Recording, ...]:
@@ -56,3 +59,27 @@ def test_only_a_drive_is_commanded() -> None:
     known = clean_drive()[0].known
     with pytest.raises(ValueError, match="force_held_s would have no effect on a cylinder"):
         LegModel(rig="cylinder", known=known, force_held_s=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("rig", "interval_s", "told"),
+    [
+        ("drive", (-1.5e-3, -0.5e-3), False),
+        ("drive", (3e-3, 5e-3), True),
+        ("vertical-leg", (0.5e-3, 1.5e-3), True),
+    ],
+)
+def test_a_drive_s_delay_is_told_beyond_one_sample(
+    rig: str, interval_s: tuple[float, float], told: bool
+) -> None:
+    state: Any = SimpleNamespace(
+        problem=SimpleNamespace(
+            kind=rig,
+            base=SimpleNamespace(known=None),
+            series=(SimpleNamespace(full_rate_hz=500.0),),
+        )
+    )
+    size = Parameter(value=sum(interval_s) / 2.0, unit="s", interval90=interval_s)
+    entry = EffectEntry(name="sensor.delay", parameters={"delay": size})
+    nothing: Any = None
+    assert _excludes_zero(state, nothing, entry, 1.0) is told
