@@ -255,14 +255,13 @@ def beyond_none(signs: Signs, calibration: Calibration) -> float:
 
 
 def standing(weights: Mapping[Names, float], beyond: float) -> dict[Names, float]:
-    """The weights with the share `beyond` of no name's given to what no name covers: that nothing
-    is missing has to stand on what it leaves, as every other answer has.
+    """The weights with at least the share `beyond` of what sets without names have for what no name
+    covers: that nothing is missing has to stand on what it leaves, as every other answer has.
     """
-    out = dict(weights)
-    none = out.get((), 0.0)
-    out[()] = (1.0 - beyond) * none
-    out[("unnamed",)] = out.get(("unnamed",), 0.0) + beyond * none
-    return out
+    unnamed = weights.get(("unnamed",), 0.0)
+    nameless = weights.get((), 0.0) + unnamed
+    unnamed = max(unnamed, beyond * nameless)
+    return dict(weights) | {(): nameless - unnamed, ("unnamed",): unnamed}
 
 
 def weighed(
