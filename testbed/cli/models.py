@@ -74,12 +74,12 @@ def identify(
     """Identify friction (5): eight parameters with 90 % intervals, and what the motion cannot
     show.
     """
-    from testbed.formats.files import check_file
     from testbed.recording.leg_model import write_model
     from testbed.report.console import answer, identification_shown
     from testbed.workflows.identify import identify as identified
+    from testbed.workflows.own_files import check_answer
 
-    check_file(out)
+    check_answer(out)
     result = identified(rig)
     write_model(out, result.model)
     answer(json, result.tree(), *identification_shown(result), f"model in {out}")

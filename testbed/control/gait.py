@@ -248,7 +248,7 @@ class Layered:
 @dataclass(frozen=True)
 class BelievedStart:
     """The machine on its slope when a run begins, as control knows it. Body frame: x up the slope,
-    y left, z away.
+    y left, z away. Its arrays are copies: a gait may go on from them in place.
     """
 
     robot: Robot
@@ -265,6 +265,14 @@ class BelievedStart:
     """(2, 3) as surveyed."""
     rope_strokes: bool = True
     """Whether there are traction devices that pull in strokes; else winches, or no ropes."""
+
+    def __post_init__(self) -> None:
+        """Copy the arrays: nothing of the world's own start is handed out."""
+        object.__setattr__(self, "joints", self.joints.copy())
+        object.__setattr__(self, "load_n", self.load_n.copy())
+        object.__setattr__(self, "rope_tension_n", self.rope_tension_n.copy())
+        object.__setattr__(self, "rope_directions_in_body", self.rope_directions_in_body.copy())
+        object.__setattr__(self, "anchors_in_body_m", self.anchors_in_body_m.copy())
 
     @property
     def legs(self) -> LegKinematics:

@@ -13,8 +13,8 @@ from testbed.effects.terms import Hidden, HiddenMass, Values
 from testbed.formats.arrays import Array
 from testbed.machine.scale import Scale
 
-LIGHTER_KG = -100.0
-"""No machine is lighter than drawn by more than that (E)."""
+LEAST_KG = 90.0
+"""What any workshop leaves on a platform or takes off it is no payload (workshop.yaml)."""
 FURTHEST_M = 1.2
 """From the body's origin, along each axis (E)."""
 
@@ -70,13 +70,13 @@ class HiddenPayload(Effect):
         return {"mass": mass, **{f"mass {axis}": mass * values[axis] for axis in "xyz"}}
 
     def possible(self, numbers: Mapping[str, Array], scale: Scale) -> npt.NDArray[np.bool_]:
-        """A body may be a little lighter than drawn, but nothing takes a ton off it; and it lies on
-        the machine: moments of a mass that is none are those of a shifted centre.
+        """It weighs more than what every machine carries, and lies on the machine: moments of a
+        mass that is none are those of a shifted centre.
         """
         mass = numbers["mass"]
         most = FURTHEST_M * scale.length * np.abs(mass)
         inside = [np.abs(numbers[f"mass {axis}"]) <= most for axis in "xyz"]
-        return np.asarray(np.all([mass > LIGHTER_KG * scale.times("kg"), *inside], axis=0))
+        return np.asarray(np.all([mass > LEAST_KG * scale.times("kg"), *inside], axis=0))
 
     def spread(self, number: str) -> float:
         """A quarter of a ton, most of it near the middle."""

@@ -3,7 +3,8 @@
 An estimator is any class with `update(row) -> loads (4,)`, N along the vertical joints' axes,
 positive when the ground pushes a foot up; or `-> (loads, low, high)` with the ends of its 90 %
 interval. `row` is a DataRow (recording/rows.py): what was measured, and the shipped estimates
-beside it. It may have `start(dt_s)`, called before the first row with the seconds between two.
+beside it; a copy, which may be kept and written to. It may have `start(dt_s)`, called before the
+first row with the seconds between two.
 
 The shipped methods go by the names of `row.estimate`.
 """
@@ -23,6 +24,9 @@ from testbed.recording.rows import METHODS
 
 SHIPPED = "own"
 """The method that control goes by unless a scenario says otherwise: the whole-body estimate."""
+
+MEASURED = ("position", "pressure_a", "pressure_b")
+"""Of a row in which one of these is missing no estimator can be asked for a load."""
 
 
 class Estimator(Protocol):
@@ -73,11 +77,44 @@ def interval_of(answer: Any, estimator: object) -> tuple[Array, Array, Array]:
     return loads, low, high
 
 
+def told_of(
+    estimator: Estimator, row: Any, field: str = "estimator", value: str | None = None
+) -> tuple[Array, Array, Array]:
+    """Loads, low and high (4,), N, of one's own estimator for one DataRow, which it may keep.
+
+    Raises InputError, in `field`, for loads that are no numbers though every cylinder was measured,
+    and for ends of an interval that are turned round.
+    """
+    measured = all(np.isfinite(row[name]).all() for name in MEASURED)
+    loads, low, high = interval_of(estimator.update(row), estimator)
+    told = value or type(estimator).__name__
+    if measured and not np.isfinite([loads, low, high]).all():
+        raise InputError(
+            f"a load is no number at t = {row['t']:.3f} s",
+            field=field,
+            value=told,
+            allowed="finite loads, N",
+        )
+    if (low > high).any():
+        raise InputError(
+            f"an interval ends below its beginning at t = {row['t']:.3f} s",
+            field=field,
+            value=told,
+            allowed="loads, low, high",
+        )
+    return loads, low, high
+
+
 def intervals_over(estimator: Estimator, rows: NDArray[Any]) -> Array:
     """An estimator's loads, low and high, N, over DataRow records (n,), one after the other: (n, 3,
     4).
+
+    Raises InputError as told_of.
     """
-    told = [interval_of(estimator.update(row), estimator) for row in rows]
+    if isinstance(estimator, Method):
+        told = [interval_of(estimator.update(row), estimator) for row in rows]
+    else:
+        told = [told_of(estimator, row) for row in rows.copy()]
     return np.array(told, dtype=np.float64).reshape(-1, 3, len(LEGS))
 
 

@@ -199,7 +199,7 @@ def _translated(error: ValidationError, data: Any, file: str | Path) -> InputErr
             message,
             file=file,
             field=".".join(field) or None,
-            value=_shown(value),
+            value=_shown(value) if field else None,  # the whole file is no value to show
             allowed=context.get("allowed"),
         )
     allowed = _ALLOWED.get(kind, message[0].lower() + message[1:].removeprefix("Input should be "))

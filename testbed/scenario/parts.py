@@ -149,7 +149,7 @@ class Robot(Checked):
     payload_kg: float = Field(default=0.0, ge=0, le=2000)
     """extra mass on the platform [kg]"""
     height_offset_m: float = Field(default=0.0, le=1)
-    """start pose raised above standing on the ground [m]"""
+    """how far above its ground the foot that is nearest to it starts; 0: all stand on it [m]"""
 
     @field_validator("height_offset_m")
     @classmethod

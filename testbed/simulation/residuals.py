@@ -35,21 +35,27 @@ CLEAR_SHARE = 0.85
 @dataclass(frozen=True)
 class Suspect:
     """The leg whose estimate is off by itself, by how much [N], and the share of its expected
-    load.
+    load: None where that is not larger than the error, of a foot in the air above all.
     """
 
     leg: str
     error_n: float
-    share: float
+    share: float | None
     friction_allowed: bool = False
     """The error is what is left after friction has explained all it can."""
 
     def __str__(self) -> str:
         way = "less" if self.error_n > 0 else "more"
-        size = f"{abs(self.error_n):.0f} N ({100 * abs(self.share):.1f} %) {way}"
+        share = "" if self.share is None else f" ({100 * abs(self.share):.1f} %)"
+        size = f"{abs(self.error_n):.0f} N{share} {way}"
         least = "at least " if self.friction_allowed else ""
         end = ", whatever friction does" if self.friction_allowed else ""
         return f"{self.leg} stands out: it reads {least}{size} than weight, ropes and drill call for{end}"
+
+
+def share_of(error_n: float, expected_n: float) -> float | None:
+    """An error as a share of the load that was expected; None where it is larger than that."""
+    return None if abs(error_n) > abs(expected_n) else error_n / expected_n
 
 
 def leg_alone(
@@ -103,7 +109,8 @@ def suspect(
     ):
         return None
     leg = LEGS[best]
-    return Suspect(leg, float(errors[best]), float(errors[best] / expected_n[leg]))
+    error_n = float(errors[best])
+    return Suspect(leg, error_n, share_of(error_n, expected_n[leg]))
 
 
 def beyond_friction(data: Mapping[str, Array], method: str) -> dict[str, Array]:
@@ -139,7 +146,8 @@ def odd_one_out(
     first, second = sorted(LEGS, key=lambda leg: -abs(gaps_n[leg]))[:2]
     if not abs(gaps_n[first]) > max(SMALLEST_SHARE * nominal_n, 3.0 * abs(gaps_n[second])):
         return None
-    return Suspect(first, gaps_n[first], gaps_n[first] / expected_n[first], friction_allowed=True)
+    share = share_of(gaps_n[first], expected_n[first])
+    return Suspect(first, gaps_n[first], share, friction_allowed=True)
 
 
 def residual_summary(

@@ -66,7 +66,7 @@ class RunObservers:
         self._loads = {name: [nothing] for name in self._estimators}
 
     def take(self, rows: NDArray[Any]) -> None:
-        """The next rows (n,) of DataRow."""
+        """The next rows (n,) of DataRow; each rider of one's own is handed copies."""
         with user_code():
             if self._detectors:
                 samples = self._watch.samples(rows)

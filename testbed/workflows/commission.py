@@ -32,7 +32,7 @@ from testbed.effects.rope_tension_gain import TensionGain
 from testbed.effects.sensor_zero import ZeroA
 from testbed.errors import InputError
 from testbed.estimation.commissioning import Number, Weighed
-from testbed.formats.files import check_file, owned, write_text
+from testbed.formats.files import owned, write_text
 from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
 from testbed.recording.leg_model import Parameter
@@ -40,6 +40,7 @@ from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_ro
 from testbed.report.page import Table, render
 from testbed.robot.robot import Robot
 from testbed.workflows.estimate import survey_of
+from testbed.workflows.own_files import check_answer
 
 if TYPE_CHECKING:
     from testbed.recording.robot import RobotRecording
@@ -70,7 +71,7 @@ def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
     from testbed.diagnosis.robot.diagnose import check_duration
     from testbed.recording.robot import read_robot
 
-    out = check_file(out, (".yaml", ".yml"))
+    out = check_answer(out, (".yaml", ".yml"))
     runs = [read_robot(folder) for folder in recordings]
     for run in runs:
         check_duration(run.data["t"], run.file)
@@ -142,7 +143,7 @@ def commission_any(
     """As `commission`, from recordings, or from a scenario that is run first on its (perhaps drawn)
     machine.
     """
-    check_file(out, (".yaml", ".yml"))
+    check_answer(out, (".yaml", ".yml"))
     folders = [Path(g).parent if Path(g).name == "recording.yaml" else Path(g) for g in given]
     if all((folder / "recording.yaml").is_file() for folder in folders):
         if overrides or seed is not None:

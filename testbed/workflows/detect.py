@@ -22,8 +22,8 @@ from testbed.estimation.contact_losses import (
 from testbed.estimation.detectors import foot_scale as scales
 from testbed.estimation.detectors.single_force import MOST_SPREAD, SingleForce
 from testbed.formats.arrays import Array, Flags
-from testbed.formats.files import check_file
 from testbed.formats.records import SET
+from testbed.workflows.own_files import check_answer
 from testbed.workflows.recorded_feet import RecordedFeet, carrying_of, read_feet
 
 MOST_LOSS_S = 10.0
@@ -87,9 +87,7 @@ def detect_file(recording: str | Path, out: str | Path, options: Options) -> dic
     from testbed.formats.table import write_columns
 
     feet = read_feet(recording, options.force, options.reference, options.model)
-    file = check_file(out, (".parquet", ".csv"))
-    if file.resolve().parent == feet.folder.resolve() and file.exists():
-        raise InputError("is a file of the recording", file=out, field="--out", allowed="another")
+    file = check_answer(out, (".parquet", ".csv"))
     scale = {foot: _scale(feet, foot, options.scale_n) for foot in feet.force_n}
     name, states, known = _judged(feet, scale, options)
     columns: dict[str, Array] = {"t": feet.time_s}

@@ -13,9 +13,8 @@ import numpy as np
 
 from testbed.errors import InputError, naming
 from testbed.formats.arrays import Array
-from testbed.formats.files import check_file, check_links
-from testbed.formats.yaml_files import read_yaml
 from testbed.machine.names import LEGS, SIDES
+from testbed.workflows.own_files import check_answer, header_of
 
 if TYPE_CHECKING:
     from testbed.estimation.live.believed import Believed
@@ -60,9 +59,7 @@ def estimate_file(
 
     folder = Path(recording)
     folder = folder.parent if folder.name == "recording.yaml" else folder
-    if Path(out).resolve() in _tables(folder):
-        raise InputError("is the recording itself", file=out, field="--out", allowed="another file")
-    out = check_file(out, (".parquet", ".csv"))
+    out = check_answer(out, (".parquet", ".csv"))
     if is_robot(folder):
         columns = _of_robot(folder, model, estimator or SHIPPED)
     elif estimator is not None:
@@ -87,20 +84,6 @@ def estimate_file(
 def is_robot(folder: Path) -> bool:
     """Whether a recording is one of the whole robot."""
     return header_of(folder).get("rig") == "robot"
-
-
-def header_of(folder: Path) -> Mapping[str, Any]:
-    """What `recording.yaml` says; nothing where there is none."""
-    path = check_links(folder) / "recording.yaml"
-    meta = read_yaml(path) if path.is_file() else None
-    return meta if isinstance(meta, Mapping) else {}
-
-
-def _tables(folder: Path) -> set[Path]:
-    """The tables that a recording consists of, whole paths; beside a robot's lies the truth."""
-    return {
-        (folder / str(name)).resolve() for name in (header_of(folder).get("data"), "truth.parquet")
-    }
 
 
 def _of_leg(folder: Path, model: str | Path | None, causal: bool) -> Mapping[str, Array]:

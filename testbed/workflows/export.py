@@ -12,12 +12,13 @@ import numpy.typing as npt
 
 from testbed.errors import InputError, extra
 from testbed.formats.arrays import Array
-from testbed.formats.files import check_file, whole
+from testbed.formats.files import whole
 from testbed.machine.names import AXES, SIDES
 from testbed.robot.model import quaternions_of
 from testbed.simulation.metrics import rope_tension_n
 from testbed.simulation.runs import RecordedRun, read_run, run_machines, run_scenario_of
 from testbed.simulation.video import SIZE, Video
+from testbed.workflows.own_files import check_answer
 
 ENDINGS = (".csv", ".mcap")
 NUMBER = {"type": "number"}
@@ -62,7 +63,7 @@ def export_run(folder: str | Path, out: str | Path, rate_hz: float = 100.0) -> d
     world, the body and every link of the URDF). Raises InputError where there is no run, or where
     `out` cannot be written.
     """
-    path = check_file(out, ENDINGS)
+    path = check_answer(out, ENDINGS)
     if not rate_hz > 0.0:
         raise InputError("must be positive", field="--rate", value=rate_hz)
     run = read_run(folder)

@@ -22,7 +22,7 @@ from testbed.recording.axis import recording_folder
 from testbed.recording.axis_header import AnyHeader, Header, read_header
 from testbed.recording.checks import check_finite
 from testbed.recording.foot import FootHeader, as_contact, read_foot
-from testbed.workflows.estimate import header_of
+from testbed.workflows.own_files import header_of
 
 FOOT = "foot"
 """What the one foot of a rig is called."""

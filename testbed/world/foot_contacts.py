@@ -10,6 +10,11 @@ import numpy as np
 
 from testbed.formats.arrays import Array
 
+BODY_A, LINK_A, LINK_B, NORMAL_ON_B, DISTANCE, NORMAL_FORCE = 1, 3, 4, 7, 8, 9
+"""Places in a row of the engine's contacts, a tuple. Its normal points from body B to body A."""
+FRICTIONS = ((10, 11), (12, 13))
+"""The same of both friction forces and their directions."""
+
 
 class FootContacts:
     """Contacts of one engine client, `bullet`, between its robot and the ground under each foot.
@@ -34,23 +39,26 @@ class FootContacts:
         elsewhere = 0.0
         # Asked for one body's contacts the engine turns the normal round where that body is second,
         # but not the friction. So all contacts are fetched as they are, and turned here as a whole.
+        (rub, rub_along), (skew, skew_along) = FRICTIONS
         for row in self._all():
-            n = row[9]
-            if n == 0.0:
+            size_n = row[NORMAL_FORCE]
+            if size_n == 0.0:
                 continue
-            first = row[1] == self._robot
-            foot = self._feet.get(row[3] if first else row[4])
+            robot_is_a = row[BODY_A] == self._robot
+            foot = self._feet.get(row[LINK_A] if robot_is_a else row[LINK_B])
             if foot is None:
-                elsewhere += n
+                elsewhere += size_n
                 continue
-            sign = 1.0 if first else -1.0
-            n, f1, f2 = sign * n, sign * row[10], sign * row[12]
-            (nx, ny, nz), (ax, ay, az), (bx, by, bz) = row[7], row[11], row[13]
+            sign = 1.0 if robot_is_a else -1.0
+            push_n, rub_n, skew_n = sign * size_n, sign * row[rub], sign * row[skew]
             total = foot_force[foot]
-            total[0] += n * nx + f1 * ax + f2 * bx
-            total[1] += n * ny + f1 * ay + f2 * by
-            total[2] += n * nz + f1 * az + f2 * bz
-            normal_force[foot] += abs(n)
+            for axis in range(3):
+                total[axis] += (
+                    push_n * row[NORMAL_ON_B][axis]
+                    + rub_n * row[rub_along][axis]
+                    + skew_n * row[skew_along][axis]
+                )
+            normal_force[foot] += abs(push_n)
         return elsewhere
 
     def normals(self, normals: Array) -> None:
@@ -59,11 +67,11 @@ class FootContacts:
         """
         total = [[0.0, 0.0, 0.0] for _ in self._feet]
         for row in self._all():
-            first, n = row[1] == self._robot, row[9]
-            foot = self._feet.get(row[3] if first else row[4])
-            if foot is not None and n > 0.0:
-                for index, part in enumerate(row[7]):
-                    total[foot][index] += part * n if first else -part * n
+            robot_is_a, size_n = row[BODY_A] == self._robot, row[NORMAL_FORCE]
+            foot = self._feet.get(row[LINK_A] if robot_is_a else row[LINK_B])
+            if foot is not None and size_n > 0.0:
+                for axis, part in enumerate(row[NORMAL_ON_B]):
+                    total[foot][axis] += part * size_n if robot_is_a else -part * size_n
         for foot, (x, y, z) in enumerate(total):
             size = math.sqrt(x * x + y * y + z * z)
             if size > 0.0:
@@ -74,7 +82,11 @@ class FootContacts:
         is nowhere near), and the link (-1: the body) that is nearest.
         """
         near = self._closest(self._robot, ground, 0.0)
-        others = [(float(row[8]), int(row[3])) for row in near if row[3] not in self._feet]
+        others = [
+            (float(row[DISTANCE]), int(row[LINK_A]))
+            for row in near
+            if row[LINK_A] not in self._feet
+        ]
         return min(others, default=(math.inf, -1))
 
     def gap(self, leg: int, reach_m: float = 1.0) -> tuple[float, Array]:
@@ -86,5 +98,5 @@ class FootContacts:
         )
         if not points:
             return math.inf, np.zeros(3)
-        nearest = min(points, key=lambda row: row[8])
-        return float(nearest[8]), np.array(nearest[7])
+        nearest = min(points, key=lambda row: row[DISTANCE])
+        return float(nearest[DISTANCE]), np.array(nearest[NORMAL_ON_B])

@@ -7,7 +7,7 @@ body. `board` is always one Board (board.py).
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,12 +18,40 @@ from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.rope import rope_pull, slip_through
 from testbed.laws.traction import oil_taken, traction_step
-from testbed.machine.names import GRAVITY_M_S2
+from testbed.machine.names import GRAVITY_M_S2, JOINTS, LEGS, ROTATION, VERTICAL
 from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads.foot_forces import foot_forces, turn_z
 
+RADIAL = JOINTS.index("radial")
 NO_TURN = 1e-12
 """Sine of half an angle below which a body has not turned."""
+
+
+class Quaternion(NamedTuple):
+    """A turn, xyzw."""
+
+    x: float
+    y: float
+    z: float
+    w: float
+
+
+@njit
+def quaternion_of(values: Any) -> Quaternion:
+    """The quaternion of an array xyzw (4)."""
+    return Quaternion(values[0], values[1], values[2], values[3])
+
+
+@njit
+def turned_back(q: Quaternion, turn: Quaternion) -> Quaternion:
+    """The turn `q` after the opposite of `turn`: q times the conjugate of `turn`."""
+    x, y, z, w = -turn.x, -turn.y, -turn.z, turn.w
+    return Quaternion(
+        q.w * x + q.x * w + q.y * z - q.z * y,
+        q.w * y - q.x * z + q.y * w + q.z * x,
+        q.w * z + q.x * y - q.y * x + q.z * w,
+        q.w * w - q.x * x - q.y * y - q.z * z,
+    )
 
 
 @njit
@@ -49,38 +77,28 @@ def rotation_matrix(quaternion: Any, out: Any) -> None:
 
 @njit
 def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> None:
-    """Take over the pose of the base's principal axes (EngineState), turned by `turn` in the body,
-    into a BodyState.
+    """Take over the pose of the base's principal axes (EngineState), turned by `turn` (4, xyzw) in
+    the body, into a BodyState.
 
     The engine moves a body by its new velocity over the whole step, so the difference of two poses
     is that velocity, exactly; it is not asked for.
     """
-    pose, before = engine.quaternion, body.quaternion
-    x, y, z, w = pose[0], pose[1], pose[2], pose[3]
-    tx, ty, tz, tw = -turn[0], -turn[1], -turn[2], turn[3]
-    qx = w * tx + x * tw + y * tz - z * ty
-    qy = w * ty - x * tz + y * tw + z * tx
-    qz = w * tz + x * ty - y * tx + z * tw
-    qw = w * tw - x * tx - y * ty - z * tz
+    now = turned_back(quaternion_of(engine.quaternion), quaternion_of(turn))
+    turning, pose = body.angular_velocity, body.quaternion
     if at_rest:
         for i in range(3):
-            body.velocity[i] = body.angular_velocity[i] = 0.0
+            body.velocity[i] = turning[i] = 0.0
     else:
-        px, py, pz, pw = -before[0], -before[1], -before[2], before[3]
-        dx = qw * px + qx * pw + qy * pz - qz * py
-        dy = qw * py - qx * pz + qy * pw + qz * px
-        dz = qw * pz + qx * py - qy * px + qz * pw
-        dw = qw * pw - qx * px - qy * py - qz * pz
-        size = (dx * dx + dy * dy + dz * dz) ** 0.5
-        rate = 2.0 / dt if size < NO_TURN else 2.0 * math.atan2(size, abs(dw)) / (size * dt)
-        rate = rate if dw >= 0.0 else -rate
-        w_now = body.angular_velocity
-        w_now[0], w_now[1], w_now[2] = rate * dx, rate * dy, rate * dz
+        way = turned_back(now, quaternion_of(pose))
+        size = (way.x * way.x + way.y * way.y + way.z * way.z) ** 0.5
+        rate = 2.0 / dt if size < NO_TURN else 2.0 * math.atan2(size, abs(way.w)) / (size * dt)
+        rate = rate if way.w >= 0.0 else -rate  # the shorter way round
+        turning[0], turning[1], turning[2] = rate * way.x, rate * way.y, rate * way.z
         for i in range(3):
             body.velocity[i] = (engine.position[i] - body.position[i]) / dt
     for i in range(3):
         body.position[i] = engine.position[i]
-    before[0], before[1], before[2], before[3] = qx, qy, qz, qw
+    pose[0], pose[1], pose[2], pose[3] = now.x, now.y, now.z, now.w
 
 
 @njit
@@ -123,6 +141,12 @@ def add_cross(r: Any, f: Any, out: Any) -> None:
     out[0] += r[1] * f[2] - r[2] * f[1]
     out[1] += r[2] * f[0] - r[0] * f[2]
     out[2] += r[0] * f[1] - r[1] * f[0]
+
+
+@njit
+def along_body_z(force: Any, rotation: Any) -> float:
+    """Part of a force (3), world frame, along the body's z axis, N: the vertical joints' axis."""
+    return float(force[0] * rotation[0, 2] + force[1] * rotation[1, 2] + force[2] * rotation[2, 2])
 
 
 @njit
@@ -204,18 +228,20 @@ def move_rods(board: Any) -> None:
     """
     joint_to_cylinder(board.engine.joint, board.linkages, board.extension, board.arms)
     rotation = board.rotation
-    for leg in range(4):
-        f = board.foot_force[leg]
-        along = f[0] * rotation[0, 2] + f[1] * rotation[1, 2] + f[2] * rotation[2, 2]
-        total = f[0] * f[0] + f[1] * f[1] + f[2] * f[2]
+    for leg in range(len(LEGS)):
+        push = board.foot_force[leg]
+        along = along_body_z(push, rotation)
+        total = push[0] * push[0] + push[1] * push[1] + push[2] * push[2]
         across = max(total - along * along, 0.0) ** 0.5
-        for k in range(3):
-            i = 3 * leg + k
-            rod = board.inputs[i]
-            rate = board.engine.joint_rate[i] * board.arms[i]
-            centre_window(rod, board.extension[i], rate, board.clock.step_s)
-            rod.load = along / board.arms[i] if k == 2 else 0.0
-            rod.side_load = across if k == 2 else abs(along) if k == 1 else 0.0
+        first = ROTATION[leg]
+        for axis in range(first, first + len(JOINTS)):
+            rate = board.engine.joint_rate[axis] * board.arms[axis]
+            centre_window(board.inputs[axis], board.extension[axis], rate, board.clock.step_s)
+            board.inputs[axis].load = board.inputs[axis].side_load = 0.0
+        board.inputs[first + RADIAL].side_load = abs(along)
+        vertical = VERTICAL[leg]
+        board.inputs[vertical].load = along / board.arms[vertical]
+        board.inputs[vertical].side_load = across
 
 
 @njit
@@ -304,7 +330,7 @@ def write_truth(row: Any, board: Any, t: float) -> None:
         f = board.foot_force[leg]
         for i in range(3):
             row.foot_force_in_world[leg, i] = f[i]
-        row.foot_load[leg] = f[0] * rotation[0, 2] + f[1] * rotation[1, 2] + f[2] * rotation[2, 2]
+        row.foot_load[leg] = along_body_z(f, rotation)
         row.contact_normal[leg] = board.normal_force[leg]
     for i in range(6):
         row.drill_wrench_in_world[i] = board.drill_wrench[i]

@@ -172,23 +172,49 @@ def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array
     """Lengthen the vertical joints `q` (12), in place, until each foot just touches its ground
     (which may be uneven).
 
-    A foot goes down by its distance from the ground over the cosine of the ground's tilt, again and
-    again. Raises InputError where there is no ground.
+    Raises InputError where there is no ground.
     """
-    down = -rotation[:, 2]
     for _ in range(TRIES):
         engine.reset(position, rotation, q)
-        worst = 0.0
-        for leg in range(len(LEGS)):
-            gap, towards_foot = engine.feet.gap(leg)
-            if not math.isfinite(gap):
-                raise InputError(
-                    "the start posture stands beside the ground", field=f"robot foot {LEGS[leg]}"
-                )
-            q[VERTICAL[leg]] += gap / max(-float(towards_foot @ down), 0.3)
-            worst = max(worst, abs(gap))
-        if worst < TOUCH_M:
+        gaps_m, ways_m = _gaps(engine, rotation)
+        q[list(VERTICAL)] += ways_m
+        if np.abs(gaps_m).max() < TOUCH_M:
             return
+
+
+def _gaps(engine: Engine, rotation: Array) -> tuple[Array, Array]:
+    """Distance of each foot from its ground (4), m, negative inside it, and its way down the mean
+    slope's normal to there (4), m: the distance over the cosine of the ground's tilt.
+
+    Raises InputError where there is no ground.
+    """
+    gaps_m, ways_m = np.zeros(len(LEGS)), np.zeros(len(LEGS))
+    for leg, name in enumerate(LEGS):
+        gap_m, towards_foot = engine.feet.gap(leg)
+        if not math.isfinite(gap_m):
+            raise InputError(
+                "the start posture stands beside the ground", field=f"robot foot {name}"
+            )
+        gaps_m[leg] = gap_m
+        ways_m[leg] = gap_m / max(float(towards_foot @ rotation[:, 2]), 0.3)
+    return gaps_m, ways_m
+
+
+def _touching_height(ground: Ground, engine: Engine, model: RobotModel, joints: Array) -> float:
+    """Height of the body's origin above the mean slope at which the foot that is nearest to its
+    ground just touches it, with joints (12) as they are, m.
+    """
+    rotation = ground.rotation_slope_to_world
+    height_m = -float(model.foot_positions_m(joints)[:, 2].min())
+    if ground.flat:
+        return height_m
+    for _ in range(TRIES):
+        engine.reset(height_m * rotation[:, 2], rotation, joints)
+        way_m = float(_gaps(engine, rotation)[1].min())
+        height_m -= way_m
+        if abs(way_m) < TOUCH_M:
+            break
+    return height_m
 
 
 def _put_down(
@@ -201,11 +227,14 @@ def _put_down(
     rotation, robot = ground.rotation_slope_to_world, scenario.robot
     joints = nominal_joints(scenario)
     _check_range(joints, model, "robot")
-    feet = model.foot_positions_m(joints)
-    height = -float(feet[:, 2].mean()) + robot.height_offset_m
-    position = rotation @ np.array([0.0, 0.0, height])
     reached = joints.copy()
-    if robot.height_offset_m == 0.0:
+    if robot.height_offset_m > 0.0:
+        height = _touching_height(ground, engine, model, joints) + robot.height_offset_m
+        position = rotation @ np.array([0.0, 0.0, height])
+    else:
+        feet = model.foot_positions_m(joints)
+        height = -float(feet[:, 2].mean())
+        position = rotation @ np.array([0.0, 0.0, height])
         if ground.flat:
             gaps = height + feet[:, 2]
         else:

@@ -73,6 +73,10 @@ SCENARIOS: dict[str, tuple[str, str]] = {
     ),
     "rope_that_pushes": ("ropes: {tension_n: [100, -100]}", "ropes.tension_n"),
     "event_in_the_past": ("events: [{kind: cut_rope, at_s: -1, rope: left}]", "events.0.at_s = -1"),
+    "stop_of_nothing": (
+        "events: [{kind: stop, at_s: 1, duration_s: 1}]",
+        "case.yaml: events: stop with nothing that walks",
+    ),
     "no_such_rope": (
         "events: [{kind: cut_rope, at_s: 1, rope: middle}]",
         "events.0.rope = 'middle'",
@@ -424,6 +428,21 @@ def test_an_estimate_does_not_take_the_place_of_its_recording(
         desk,
     )
     assert (desk / "press/data.csv").read_text().startswith("t,x,pA,pB")
+
+
+@pytest.mark.parametrize("name", ["recording.yaml", "data.csv"])
+def test_a_model_does_not_take_the_place_of_a_recording_that_it_was_found_from(
+    name: str, desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (desk / "rig/identify/press").mkdir(parents=True)
+    (desk / "rig/identify/press/recording.yaml").write_text(RECORDING)
+    assert_refused(
+        ["identify", "rig", "--out", f"rig/identify/press/{name}"],
+        f"rig/identify/press/{name}: --out: is the recording itself",
+        monkeypatch,
+        capsys,
+        desk,
+    )
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ from testbed.errors import InputError, UserCodeError
 from testbed.recording.rows import DataRow
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.replay import replay
+from testbed.world.simulation import Simulation
 
 HEAD = "import numpy as np\nfrom testbed.control.gait import Command\n"
 MINE = (
@@ -117,3 +118,37 @@ def test_over_a_recording_a_gait_is_asked_at_every_tick(tmp_path: Path) -> None:
     assert commands.stance.all(axis=1).tolist() == [True, True, False, False]
     assert commands.hold_drill.tolist() == [False, False, True, True]
     assert commands.joints.shape == (4, 12) and commands.rope_rates_m_s.shape == (4, 2)
+
+
+IN_PLACE = (
+    HEAD
+    + """
+class Copies:
+    def __init__(self, start):
+        self.wanted = start.joints.copy()
+        self.wanted[2::3] += 0.002
+
+    def command(self, t, dt, measured):
+        return Command(self.wanted)
+
+
+class InPlace(Copies):
+    def __init__(self, start):
+        self.wanted = start.joints
+        self.wanted[2::3] += 0.002
+        start.load_n[:] = start.rope_tension_n[:] = 0.0
+"""
+)
+
+
+def test_a_gait_may_change_in_place_what_start_it_was_handed(tmp_path: Path) -> None:
+    """Its start is its own: the run is that of a gait which copied it first."""
+    (tmp_path / "mine.py").write_text(IN_PLACE)
+    rows = []
+    for name in ("Copies", "InPlace"):
+        text = SCENARIO.replace("Mine}", f"{name}}}") + "duration_s: 0.2\n"
+        (tmp_path / "s.yaml").write_text(text)
+        world = Simulation(load_scenario(tmp_path / "s.yaml"))
+        rows.append(world.run_block(200)[0])
+        world.close()
+    np.testing.assert_array_equal(*rows)

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.held_ropes import FEWEST, SEEMS, HeldRopes, _stretches
+from testbed.diagnosis.robot.held_ropes import FEWEST, SEEMS, HeldRopes, _agreeing, _stretches
 from testbed.effects import by_name
 from testbed.effects.signature import Change
 from testbed.machine.scale import ROBOCLIMBER
@@ -56,3 +56,13 @@ def test_ropes_as_declared_miss_nothing_and_half_as_stiff_ones_half() -> None:
 def test_a_single_stretch_may_be_a_device_that_is_too_slow() -> None:
     assert not HeldRopes(np.zeros(1), np.full(1, 0.4)).shown
     assert not HeldRopes.none().shown
+
+
+@pytest.mark.parametrize("moved", [0.2, 4.5])
+def test_what_a_device_pays_out_or_hauls_in_is_not_told_of_the_rope(moved: float) -> None:
+    rope, device = [0.9, 1.0, 0.95], [moved, 1.4 * moved]
+    assert _agreeing(np.array([*rope, *device])).tolist() == [True] * 3 + [False] * 2
+
+
+def test_of_two_that_disagree_the_stiffer_one_counts() -> None:
+    assert _agreeing(np.array([0.9, 0.3])).tolist() == [True, False]

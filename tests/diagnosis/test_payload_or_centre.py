@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects import by_name
+from testbed.effects.robot_payload import LEAST_KG
 from testbed.machine.scale import ROBOCLIMBER
+from testbed.scenario.machines import tolerances
 
 
 def possible(mass: float, x: float) -> bool:
@@ -15,10 +17,15 @@ def possible(mass: float, x: float) -> bool:
     return bool(by_name("robot.payload").possible(drawn, ROBOCLIMBER)[0])
 
 
-def test_a_payload_lies_on_the_machine_and_takes_no_ton_off_it() -> None:
+def test_a_payload_lies_on_the_machine_and_is_more_than_any_machine_carries() -> None:
     assert possible(300.0, 150.0) and possible(300.0, -300.0)
     assert not possible(10.0, 300.0) and not possible(300.0, 600.0)
-    assert possible(-50.0, 20.0) and not possible(-300.0, 20.0)
+    assert possible(95.0, 20.0) and not possible(60.0, 20.0) and not possible(-300.0, 20.0)
+
+
+def test_no_workshop_leaves_a_payload() -> None:
+    (left,) = [one for one in tolerances("workshop") if one.number == "robot.payload@body.mass"]
+    assert max(left.range) == LEAST_KG
 
 
 def test_other_effects_may_have_any_numbers() -> None:

@@ -115,8 +115,8 @@ def test_a_cushion_that_its_piston_leaves_is_no_spring() -> None:
     assert singles[0].log_factor > singles[1].log_factor + 5.0
 
 
-@pytest.mark.parametrize(("cushion", "as_it_counts"), [(40.0, 80.0), (70.0, 100.0), (110.0, 110.0)])
-def test_a_cushion_that_its_piston_never_leaves_is_as_likely_as_a_spring_there(
+@pytest.mark.parametrize(("cushion", "as_it_counts"), [(40.0, 80.0), (70.0, 110.0), (110.0, 110.0)])
+def test_between_a_cushion_that_is_never_left_and_a_spring_there_their_numbers_decide(
     cushion: float, as_it_counts: float
 ) -> None:
     nothing = np.zeros(0)

@@ -146,6 +146,19 @@ def test_what_one_part_alone_shows_foretells_nothing() -> None:
     assert once.foreseen(()) == 0.0
 
 
+def test_numbers_that_can_hardly_be_cost_what_is_foreseen_with_them_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    column = 40.0 * group(np.zeros(30)).rows_of(Change(force={2: np.ones(1)}))
+    jump = np.where(np.arange(30) // 2 == 12, 3.0 * column, 0.0)
+    for missing in (column, jump):
+        ledger = ledger_of({"forces": group(missing)}, (LEFT,), spread=10.0)
+        before = ledger.best()[0].log_factor
+        with monkeypatch.context() as patched:
+            patched.setattr(Ledger, "_log_possible", lambda *_: -5.0)
+            assert ledger.best()[0].log_factor == pytest.approx(before - 5.0)
+
+
 @pytest.mark.parametrize("sure", [-3.0, 0.0, 2.0])
 def test_a_number_that_cannot_be_negative_counts_by_its_positive_share(sure: float) -> None:
     gained = log_gained(0.1 * sure, 0.1, matters=0.0, least=0.0)

@@ -5,6 +5,7 @@ over the recording.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from synthetic_walk import Walk
 from testbed.errors import InputError
 from testbed.estimation.contact_losses import ContactScore, LossRule, intervals, score_contact
 from testbed.estimation.detectors.foot_scale import assumed_breakaway_n, breakaway_n, nominal_load_n
-from testbed.estimation.detectors.single_force import SingleForce
+from testbed.estimation.detectors.single_force import ForceSample, SingleForce
 from testbed.estimation.live.stream import Feet
 
 
@@ -186,3 +187,50 @@ def test_the_scale_is_read_from_the_force() -> None:
     assert nominal_load_n(reading) == pytest.approx(9500.0, rel=0.2)
     assert breakaway_n(reading, time) == pytest.approx(3.0 * 0.02 * 9500.0, rel=0.2)
     assert nominal_load_n(1e-3 * reading) == pytest.approx(1e-3 * nominal_load_n(reading))
+
+
+class _Own:
+    """One's own detector of forces; what it is handed is used up."""
+
+    threshold = 0.9
+
+    def __init__(self, answer: Any = None) -> None:
+        self._answer = answer
+
+    def update(self, sample: ForceSample) -> Any:
+        if self._answer is not None:
+            return self._answer
+        scores = 1.0 - sample.force / sample.nominal_load
+        sample.force[:] = sample.nominal_load[:] = sample.breakaway[:] = 0.0
+        return scores
+
+
+def test_ones_own_detector_of_forces_is_handed_copies() -> None:
+    """Below a tenth of 100 N the foot is lost, at every sample alike."""
+    time, force = np.arange(400) * 1e-3, np.full(400, 100.0)
+    force[100:200] = 5.0
+    nominal, before = np.array([100.0]), force.copy()
+    states, _ = Feet(_Own(), nominal, np.zeros(1)).over(time, force[:, None])
+    assert not states[105:200].any() and states[:100].all() and states[250:].all()
+    np.testing.assert_array_equal(force, before)
+    assert nominal[0] == 100.0
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        ("lost", "answered what are no scores"),
+        (np.zeros(4), r"\(4,\): answered what are no scores"),
+        (np.array([np.nan]), r"a score is no number at t = 0\.000 s"),
+    ],
+    ids=["a word", "four scores of one foot", "no number"],
+)
+def test_what_is_no_score_of_a_foot_is_refused(answer: Any, said: str) -> None:
+    feet = Feet(_Own(answer), np.array([100.0]), np.zeros(1))
+    with pytest.raises(InputError, match=said):
+        feet.update(0.0, np.array([90.0]))
+
+
+def test_a_missing_force_asks_for_no_score() -> None:
+    feet = Feet(_Own(np.array([0.0, np.nan])), np.full(2, 100.0), np.zeros(2))
+    assert feet.update(0.0, np.array([90.0, np.nan])).tolist() == [1.0, 1.0]

@@ -10,7 +10,14 @@ from testbed.estimation.contact_losses import LossRule
 from testbed.machine.names import LEGS
 from testbed.scenario.events import Bound, Expect
 from testbed.simulation import metrics
-from testbed.simulation.residuals import beyond_friction, load_residuals, odd_one_out, suspect
+from testbed.simulation.residuals import (
+    Suspect,
+    beyond_friction,
+    load_residuals,
+    odd_one_out,
+    residual_summary,
+    suspect,
+)
 from testbed.simulation.run_summary import unmet
 
 T = np.arange(1000) / 1000.0
@@ -222,3 +229,24 @@ def test_expectations_name_what_they_found() -> None:
         "force_rms_n.kbf is 101, expected at most 100",
         "a.0 is None, expected 3.0",
     ]
+
+
+@pytest.mark.parametrize(("expected_n", "share"), [(0.0, None), (500.0, None), (1800.0, -0.5)])
+def test_a_foot_in_the_air_that_reads_a_load_stands_out_without_a_share(
+    expected_n: float, share: float | None
+) -> None:
+    """A share of nothing is no number; the leg is named all the same."""
+    columns = {}
+    for leg in LEGS:
+        columns[f"expected_{leg}"] = np.full(5, expected_n)
+        reads_n = expected_n + (1000.0 if leg == "rr" else 0.0)
+        columns[f"estimate_friction_{leg}"] = columns[f"estimate_own_{leg}"] = np.full(5, reads_n)
+        columns[f"own_low_{leg}"], columns[f"own_high_{leg}"] = (
+            np.full(5, -100.0),
+            np.full(5, 100.0),
+        )
+    found = residual_summary(columns, ["own"])["stands_out"]
+    assert found["leg"] == "rr" and found["error_n"] == pytest.approx(-900.0)
+    assert found["share"] == (share if share is None else pytest.approx(share))
+    percent = "" if share is None else " (50.0 %)"
+    assert f"at least 900 N{percent} more" in str(Suspect(**found))

@@ -86,6 +86,33 @@ def test_a_detectors_scores_are_kept_by_its_name() -> None:
     assert along.scores["Lighter"].tolist() == (-rows(5)["estimate"]["own"]).tolist()
 
 
+class Spoils(Lighter):
+    """Uses up what it is handed."""
+
+    def update(self, sample: Any) -> np.ndarray:
+        scores = super().update(sample)
+        sample.row.estimate.own[:] = 0.0
+        return scores
+
+
+class SpoilsRows:
+    """Likewise, of rows."""
+
+    def update(self, row: Any) -> np.ndarray:
+        loads = np.array(row.estimate.own)
+        row.estimate.own[:] = 0.0
+        return loads
+
+
+def test_what_one_rider_writes_to_no_other_sees() -> None:
+    along = riders(detectors=[Spoils, Lighter], estimators=[SpoilsRows, "own"])
+    recorded = rows(5)
+    along.take(recorded)
+    assert along.scores["Spoils"].tolist() == along.scores["Lighter"].tolist()
+    assert along.loads["SpoilsRows"].tolist() == along.loads["own"].tolist()
+    np.testing.assert_array_equal(recorded, rows(5))
+
+
 class Blind:
     """A class whose `update` is not asked anything."""
 

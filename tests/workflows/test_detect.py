@@ -297,3 +297,18 @@ def test_a_named_column_is_read_in_the_unit_that_the_header_declares(tmp_path: P
         ]
         assert [done["feet"] for done in found] == [found[0]["feet"]] * len(found)
         assert found[0]["scale"]["foot"]["nominal_load_n"] > 1000.0
+
+
+def test_an_answer_beside_the_recording_is_written_anew_and_the_recording_never(
+    tmp_path: Path,
+) -> None:
+    folder = _foot(tmp_path / "foot", WALK, {"nominal_load_n": 1e4})
+    recorded, answer = folder / "data.csv", folder / "contact.csv"
+    before = recorded.read_bytes()
+    _detect(folder, "--out", answer)
+    first = answer.read_bytes()
+    _detect(folder, "--out", answer)
+    assert answer.read_bytes() == first
+    done = CliRunner().invoke(app, ["detect", str(folder), "--out", str(recorded)])
+    assert isinstance(done.exception, InputError) or done.exit_code == 2
+    assert recorded.read_bytes() == before

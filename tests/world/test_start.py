@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from testbed.effects.terms import Hidden
-from testbed.machine.names import GRAVITY_M_S2
+from testbed.machine.names import GRAVITY_M_S2, LEGS
 from testbed.recording.rows import DrillKnown
 from testbed.robot.robot import Robot
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
+from testbed.simulation.live_run import simulate
 from testbed.world.engine import Engine
 from testbed.world.ground.terrain import make_ground
 from testbed.world.start import Start, find_start, nominal_joints
@@ -66,3 +67,20 @@ def test_both_ropes_carry_their_share_of_the_weight_along_the_slope() -> None:
     assert start.rope_tension_n[0] == start.rope_tension_n[1] > 0.0
     ropes = start.rope_tension_n @ (start.rope_directions @ start.rotation)
     assert ropes[0] == pytest.approx(0.5 * along, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "ground", [[], ["terrain.kind=heightfield", "terrain.roughness_m=0.05"]], ids=["plane", "rough"]
+)
+def test_a_robot_held_above_its_ground_falls_as_far_as_it_was_held(ground: list[str]) -> None:
+    """Nothing touches before sqrt(2 h / g), whichever leg is the longest; then that one does."""
+    held_m = 0.02
+    changes = ["robot.vertical_m=[0.2, 0.25, 0.3, 0.22]", f"robot.height_offset_m={held_m}"]
+    falls_s = math.sqrt(2.0 * held_m / GRAVITY_M_S2)
+    with simulate(load_scenario("stand_flat", [*changes, *ground], duration=0.1)) as run:
+        run.step(100)
+        loads_n = np.array([np.array(run.truth[f"foot_load_{leg}"]) for leg in LEGS])
+        first = int(np.flatnonzero(loads_n.any(axis=0))[0])
+        assert run.truth["t"][first] == pytest.approx(falls_s, abs=0.004)
+        if not ground:
+            assert LEGS[int(loads_n[:, first].argmax())] == "rl"

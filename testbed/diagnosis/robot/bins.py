@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from testbed.diagnosis.robot.shaking import over_standing_feet, quick
 from testbed.estimation.cylinder import replace_clipped
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
@@ -162,7 +163,14 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
     extension, arm = robot.linkages.rods(joint)
     speed, change = rate * arm, _slope(rate, step)
     absent = np.zeros(count)
+    carrying = np.column_stack(
+        [mean(n) if n in data else absent + 1.0 for n in (f"carrying_{leg}" for leg in LEGS)]
+    )
     attitude = np.column_stack([mean(f"attitude_{angle}") for angle in ("roll", "pitch", "yaw")])
+    specific_force = _lift(attitude, [mean(n) if n in data else None for n in FORCES])
+    turning = np.column_stack([np.diff(at_edges(f"angular_rate_{k}")) for k in XYZ]) / step
+    moves, turns = quick(specific_force - lift_of(attitude)), quick(turning)
+    change = change + over_standing_feet(robot.model, joint, carrying, moves, turns)
     return Bins(
         time_s=mean("t") - float(data["t"][0]),
         joint=joint,
@@ -182,11 +190,9 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
         oil_degc=mean("oil_temperature"),
         tension_n=np.column_stack([mean(f"rope_tension_{side}") for side in SIDES]),
         attitude_rad=attitude,
-        specific_force=_lift(attitude, [mean(n) if n in data else None for n in FORCES]),
-        turning=np.column_stack([np.diff(at_edges(f"angular_rate_{k}")) for k in XYZ]) / step,
-        carrying=np.column_stack(
-            [mean(n) if n in data else absent + 1.0 for n in (f"carrying_{leg}" for leg in LEGS)]
-        ),
+        specific_force=specific_force,
+        turning=turning,
+        carrying=carrying,
         drill={name: mean(name) if name in data else absent for name in DRILL},
     )
 

@@ -127,16 +127,16 @@ def weighed_by_law(ledger: Ledger, tried: Sequence[Hypothesis]) -> list[Hypothes
 
 
 def _as_twins(found: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Hypotheses of one size with as much of their price given back as makes them as likely as the
-    best that has another effect at the same place instead: what makes the same there is no better
-    and no worse.
+    """Hypotheses of one size with their price given back where another effect at the same place
+    explains more instead: it is what they were priced for, and makes the same there. What is left
+    between the two is how likely their numbers are.
     """
     out = []
     for one in found:
         twins = (h.log_factor for h in found if one.price > 0.0 and _are_twins(one, h))
-        back = max(twins, default=one.log_factor) - one.log_factor
-        back = min(max(back, 0.0), one.price)
-        out.append(replace(one, log_factor=one.log_factor + back, price=one.price - back))
+        if max(twins, default=-np.inf) > one.log_factor:
+            one = replace(one, log_factor=one.log_factor + one.price, price=0.0)
+        out.append(one)
     return out
 
 

@@ -3,8 +3,9 @@ the pull then rises with the way that the body goes down it, as of a spring.
 
 No sensor reads the rope paid out, so only those stretches are looked at in which the pull rises
 along a straight line over the body's way: a device that pays out as it is asked to keeps the pull.
-A device that is too slow looks like a soft rope for a while; of several stretches the steep ones
-count.
+A device that pays out too slowly looks like a soft rope for a while, and one that hauls a slack
+rope in like a stiff one, each time by as much as it happens to do. The rope itself is the same in
+all stretches: those that agree count, and of several such stiffnesses the one that shows most.
 """
 
 from __future__ import annotations
@@ -26,16 +27,18 @@ LEAST_M, LEAST_N = 8.0e-3, 1000.0
 """A shorter way, or a smaller rise of the pull, is the lag of position loops (E)."""
 STRAIGHT_SHARE, STRAIGHT_N = 0.04, 40.0
 """RMS by which a stretch may leave its straight line: a share of the rise, and noise (E)."""
-FEWEST, STEEP = 2, 0.5
-"""So many stretches must show it; those that rise by less than this share of the steepest were not
-held.
-"""
+FEWEST = 2
+"""So many stretches must show it."""
 SEEMS = 0.87
 """Stiffness that ropes of sound machines seem to have by what is declared: feet, ground and play
 give, too (B).
 """
 EACH, ALL = 0.12, 0.07
 """Standard deviation of it from stretch to stretch, and of all together (B)."""
+AGREES = 2.0 * 2.0**0.5 * EACH
+"""Two stretches of one rope hardly differ by more than this share: two standard deviations of their
+difference.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +87,17 @@ def held_ropes(bins: Bins, robot: Robot, ropes_in_world: Array) -> HeldRopes:
     if not found:
         return HeldRopes.none()
     time, stiffness = np.array(found).T
-    steep = stiffness > STEEP * stiffness.max()
-    return HeldRopes(time[steep], stiffness[steep])
+    same = _agreeing(stiffness)
+    return HeldRopes(time[same], stiffness[same])
+
+
+def _agreeing(stiffness: Array) -> npt.NDArray[np.bool_]:
+    """(k,) which stretches agree with the one that most others agree with; of two such the stiffer
+    one, for devices that are too slow are the more frequent.
+    """
+    near = np.abs(np.log(stiffness[:, None] / stiffness[None, :])) < AGREES
+    order = np.lexsort((stiffness, near.sum(axis=1)))
+    return np.asarray(near[order[-1]], dtype=bool)
 
 
 def _stretches(way_m: Array, pull_n: Array, scale: Scale) -> list[tuple[int, float]]:

@@ -66,6 +66,8 @@ class Hypothesis:
     """What its evidence is less for numbers with which it would be another effect: these balances
     do not tell it from that one.
     """
+    possible: float = 0.0
+    """Ln of the share of its likely numbers with which it could be; part of its evidence."""
 
 
 class Ledger:
@@ -127,22 +129,28 @@ class Ledger:
         factor -= sum(self._price[n] for n in names)
         width = self._width[index]
         mean, whole = width * mean, covariance * np.outer(width, width)
-        factor += sum(self._log_possible(n, names, mean, whole) for n in names)
-        return Hypothesis(names, factor, mean, whole, self._apart(names))
+        possible = sum(self._log_possible(n, names, mean, whole) for n in names)
+        return Hypothesis(names, factor + possible, mean, whole, self._apart(names), 0.0, possible)
 
     def _log_possible(self, name: str, names: tuple[str, ...], mean: Array, whole: Array) -> float:
-        """Ln of the share of the likely numbers of an effect, one of a set, with which it could be;
-        no less than of a single draw.
+        """Ln of the share of the likely numbers of an effect, one of a set, with which it could be,
+        by that of all its expected numbers; either is no less than of a single draw.
         """
         candidate = self.balances.candidates[name]
         if not candidate.effect.overrides("possible"):
             return 0.0
         first = sum(len(self._where[n]) for n in names[: names.index(name)])
         own = slice(first, first + len(self._where[name]))
-        drawn = mean[own] + _draws(own.stop - first) @ np.linalg.cholesky(whole[own, own]).T
-        numbers = dict(zip(candidate.signature, drawn.T, strict=False))
-        share = np.mean(candidate.effect.possible(numbers, candidate.scale))
-        return math.log(max(float(share), 1.0 / DRAWS))
+        draws = _draws(own.stop - first)
+        shares = []
+        for drawn in (
+            mean[own] + draws @ np.linalg.cholesky(whole[own, own]).T,
+            draws * candidate.spreads,
+        ):
+            numbers = dict(zip(candidate.signature, drawn.T, strict=False))
+            share = np.mean(candidate.effect.possible(numbers, candidate.scale))
+            shares.append(max(float(share), 1.0 / DRAWS))
+        return math.log(shares[0] / shares[1])
 
     def _free(self, scaled: Array, index: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """(k,) which of a set's numbers are not held at 0, below which they cannot be."""
@@ -217,13 +225,14 @@ class Ledger:
 
     def _held(self, one: Hypothesis) -> Hypothesis:
         """A hypothesis whose evidence is at most what it foresees of parts that are kept back,
-        beside that of its courses in time, which no other part can foretell.
+        beside that of its courses in time, which no other part can foretell; and less what it costs
+        that its numbers can hardly be, however well it foresees with them.
         """
         courses = tuple(name for name in one.names if self.is_course(name))
         if courses == one.names:
             return one
         seen = self.hypothesis(courses).log_factor
-        foreseen = seen + self.foreseen(one.names) - self.foreseen(courses)
+        foreseen = seen + self.foreseen(one.names) - self.foreseen(courses) + one.possible
         return replace(one, log_factor=min(one.log_factor, foreseen))
 
     def _apart(self, names: tuple[str, ...]) -> bool:

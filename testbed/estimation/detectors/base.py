@@ -155,7 +155,7 @@ def scaled(detector: Any, force: float) -> Any:
 
 def scores_over(detector: Any, samples: NDArray[Any]) -> Array:
     """A detector's scores (n, 4) over samples (n,), sample by sample unless it does that better
-    itself.
+    itself. One that is asked sample by sample is handed copies, which it may keep and write to.
 
     Raises InputError for an answer of another form.
     """
@@ -164,5 +164,6 @@ def scores_over(detector: Any, samples: NDArray[Any]) -> Array:
             detector.scores(samples), (len(samples), len(LEGS)), detector, "scores"
         )
         return whole
-    found = [numbers_of(detector.update(s), (len(LEGS),), detector, "scores") for s in samples]
+    handed = samples.copy()
+    found = [numbers_of(detector.update(s), (len(LEGS),), detector, "scores") for s in handed]
     return np.array(found).reshape(-1, len(LEGS))

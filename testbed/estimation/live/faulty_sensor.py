@@ -21,9 +21,11 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.live import fusion as fu
+from testbed.machine.names import AXES, VERTICAL
 
 SEEN = (2, 3, 4)
-"""Rows of the balance that vertical cylinders make up."""
+"""Rows of the balance (force x, y, z, moment x, y, z) that vertical cylinders make up."""
+NOBODY = -1
 
 
 @njit
@@ -34,39 +36,52 @@ def take_balance(rows: Any, wrench: Any, variance: Any, fusion: Any) -> None:
     suspicion, sizes = fusion.suspicion, fusion.sizes
     if suspicion.threshold == 0.0:
         return
-    prior = np.empty(fu.N)
-    for j in range(fu.N):
-        prior[j] = suspicion.known[j] ** 2
-    for i in range(12):
-        prior[fu.ZERO + i] = sizes.zero_sd[i] ** 2
-        prior[fu.DEVIATION + i] = sizes.spread[i] ** 2
-    for k in range(6):
-        prior[fu.BALANCE + k] = sizes.balance_sd[k] ** 2
-    spread = np.empty((3, 3))
-    for a in range(3):
-        for b in range(3):
-            spread[a, b] = variance[SEEN[a]] if a == b else 0.0
-            for j in range(fu.N):
-                spread[a, b] += rows[SEEN[a], j] * rows[SEEN[b], j] * prior[j]
+    spread = spread_of(rows, variance, fusion)
     first = suspicion.age == 0.0
     held = spread[0, 0] if first else suspicion.spread[0, 0]
     surer = min(held / spread[0, 0], 1.0)  # than now, when pistons turn round
     share = surer**2 * sizes.dt / suspicion.memory
-    for a in range(3):
-        missing = wrench[SEEN[a]]
-        for i in range(12):
-            if fusion.blamed[i] > 0.0:
-                missing -= rows[SEEN[a], fu.ZERO + i] * fusion.x[fu.ZERO + i]
+    for place in range(len(SEEN)):
+        missing = wrench[SEEN[place]]
+        for cylinder in range(len(AXES)):
+            if fusion.blamed[cylinder] > 0.0:
+                zero = fu.ZERO + cylinder
+                missing -= rows[SEEN[place], zero] * fusion.x[zero]
         if first:
-            suspicion.missing[a] = missing
-        suspicion.missing[a] += share * (missing - suspicion.missing[a])
-        for b in range(3):
+            suspicion.missing[place] = missing
+        suspicion.missing[place] += share * (missing - suspicion.missing[place])
+        for other in range(len(SEEN)):
             if first:
-                suspicion.spread[a, b] = spread[a, b]
-            suspicion.spread[a, b] += share * (spread[a, b] - suspicion.spread[a, b])
+                suspicion.spread[place, other] = spread[place, other]
+            news = spread[place, other] - suspicion.spread[place, other]
+            suspicion.spread[place, other] += share * news
     suspicion.age += surer**2 * sizes.dt
     if suspicion.age > suspicion.memory:
         free_likeliest_zero(rows, fusion)
+
+
+@njit
+def spread_of(rows: Any, variance: Any, fusion: Any) -> Any:
+    """S (3, 3): covariance of what a sound machine's balance would miss now, from what is known of
+    every unknown beforehand and from the variance (6) of the balance itself.
+    """
+    suspicion, sizes = fusion.suspicion, fusion.sizes
+    prior = np.empty(fu.N)
+    for unknown in range(fu.N):
+        prior[unknown] = suspicion.known[unknown] ** 2
+    for cylinder in range(len(AXES)):
+        prior[fu.ZERO + cylinder] = sizes.zero_sd[cylinder] ** 2
+        prior[fu.DEVIATION + cylinder] = sizes.spread[cylinder] ** 2
+    for component in range(len(sizes.balance_sd)):
+        prior[fu.BALANCE + component] = sizes.balance_sd[component] ** 2
+    spread = np.empty((len(SEEN), len(SEEN)))
+    for place in range(len(SEEN)):
+        for other in range(len(SEEN)):
+            spread[place, other] = variance[SEEN[place]] if place == other else 0.0
+            for unknown in range(fu.N):
+                both = rows[SEEN[place], unknown] * rows[SEEN[other], unknown]
+                spread[place, other] += both * prior[unknown]
+    return spread
 
 
 @njit
@@ -74,22 +89,23 @@ def free_likeliest_zero(rows: Any, fusion: Any) -> None:
     """Set the zero of the one cylinder free that makes the balance far likelier."""
     suspicion = fusion.suspicion
     weights = inverse_of_three(suspicion.spread)
-    best, who, size = suspicion.threshold**2, -1, 0.0
-    for i in range(2, 12, 3):
+    best, likeliest, size = suspicion.threshold**2, NOBODY, 0.0
+    for cylinder in VERTICAL:
+        zero = fu.ZERO + cylinder
         push = pushed = 0.0  # d_i' S^-1 r and d_i' S^-1 d_i
-        for a in range(3):
-            for b in range(3):
-                weighed = rows[SEEN[a], fu.ZERO + i] * weights[a, b]
-                push += weighed * suspicion.missing[b]
-                pushed += weighed * rows[SEEN[b], fu.ZERO + i]
-        if fusion.blamed[i] > 0.0 or pushed == 0.0:
+        for place in range(len(SEEN)):
+            for other in range(len(SEEN)):
+                weighed = rows[SEEN[place], zero] * weights[place, other]
+                push += weighed * suspicion.missing[other]
+                pushed += weighed * rows[SEEN[other], zero]
+        if fusion.blamed[cylinder] > 0.0 or pushed == 0.0:
             continue
         force = push / pushed
         if push * force > best:
-            best, who, size = push * force, i, abs(force)
-    if who >= 0:
-        fusion.blamed[who] = size
-        fusion.p[fu.ZERO + who, fu.ZERO + who] += size**2
+            best, likeliest, size = push * force, cylinder, abs(force)
+    if likeliest != NOBODY:
+        fusion.blamed[likeliest] = size
+        fusion.p[fu.ZERO + likeliest, fu.ZERO + likeliest] += size**2
         suspicion.age = 0.0
 
 

@@ -14,7 +14,7 @@ from testbed.estimation.detectors.base import DROP, Hold, scaled, scores_over, s
 from testbed.estimation.detectors.combined import Held
 from testbed.estimation.detectors.sample import Sampler
 from testbed.estimation.detectors.table import detector_of
-from testbed.estimation.estimator import estimator_of, interval_of
+from testbed.estimation.estimator import estimator_of, told_of
 from testbed.estimation.live.contact import ContactState, limits_at, step
 from testbed.formats.intervals import sd_of
 from testbed.machine.names import LEGS
@@ -95,17 +95,11 @@ class SelectedEstimator:
         """Put the loads, low and high of DataRow `rows` (1,) in the place of the whole-body
         estimate.
 
-        Raises InputError for a load that is no number: nothing could stand on it.
+        The estimator is handed a copy: what it keeps stays as it was, and what it writes to is
+        its own. Raises InputError as told_of: nothing could stand on such a load.
         """
-        answer = self._estimator.update(rows[0])
-        loads, low, high = interval_of(answer, self._estimator)
-        if not np.isfinite([loads, low, high]).all():
-            raise InputError(
-                f"a load is no number at t = {rows['t'][0]:.3f} s",
-                field="estimator.method",
-                value=self._name,
-                allowed="finite loads, N",
-            )
+        row = rows.copy()[0]
+        loads, low, high = told_of(self._estimator, row, "estimator.method", self._name)
         rows["estimate"]["own"], interval = loads, rows["estimate_own"]
         interval["low"], interval["high"] = low, high
         interval["sd"] = sd_of((low, high))

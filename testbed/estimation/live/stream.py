@@ -27,7 +27,7 @@ from testbed.estimation.live.contact import ContactState, step
 from testbed.estimation.live.joined import COLUMNS, MEASURED, TIME, arrived
 from testbed.estimation.live.selected import SelectedDetector, limits_of
 from testbed.formats.arrays import Array, Flags
-from testbed.formats.sockets import FORM, is_user_class, load_object
+from testbed.formats.sockets import FORM, is_user_class, load_object, numbers_of
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow
 
@@ -92,13 +92,29 @@ class Feet:
         for row, (t, force, dt) in enumerate(zip(time_s, force_n, step_s, strict=True)):
             finite = np.isfinite(force)
             if finite.any():
-                scores = np.asarray(self._detector.update(ForceSample(t, force, *self._scale)))
+                scores = self._scores(t, force, finite)
                 dt = dt if np.isfinite(dt) else 0.0
                 for foot in np.flatnonzero(finite):
                     load = -float(scores[foot])
                     now[foot] = step(self._hysteresis[foot], load, dt, self._limits)
             states[row] = now
         return states
+
+    def _scores(self, t: float, force: Array, finite: Flags) -> Array:
+        """What the detector, handed copies of its own, says of one sample: scores (k,), numbers
+        where a force is `finite`. Raises InputError for any other answer.
+        """
+        nominal_load, breakaway = (scale.copy() for scale in self._scale)
+        answer = self._detector.update(ForceSample(t, force.copy(), nominal_load, breakaway))
+        scores: Array = numbers_of(answer, force.shape, self._detector, "scores")
+        if np.isnan(scores[finite]).any():
+            raise InputError(
+                f"a score is no number at t = {t:.3f} s",
+                field="--detector",
+                value=type(self._detector).__name__,
+                allowed="numbers, where a force is one",
+            )
+        return scores
 
 
 def force_detector(name: str, loss_share: float = LOSS_SHARE) -> Any:

@@ -22,6 +22,7 @@ from testbed.estimation.live.axis import Loads, step_axis
 from testbed.estimation.live.belly_support import something_else_carries
 from testbed.estimation.live.body_acceleration import add_fast_changes
 from testbed.estimation.live.cylinder_errors import (
+    UP,
     force_error,
     is_in_air,
     learn_in_air,
@@ -31,16 +32,19 @@ from testbed.estimation.live.cylinder_errors import (
     weigh_leg,
 )
 from testbed.estimation.live.wrench import (
+    MOMENT,
     View,
     add_force,
     foot_point,
     gravity_in_body,
     leg_map,
+    of_leg,
     other_wrench,
     rope_direction,
     view_of,
 )
 from testbed.formats.intervals import Z90
+from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
 from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads import foot_forces as ff
 
@@ -142,27 +146,22 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
     else:
         fu.predict(fusion)
     maps, on_ground = np.zeros((4, 3, 3)), np.ones(4)
-    for index in range(4):
-        leg_map(
-            body.legs[index],
-            row.position[3 * index : 3 * index + 3],
-            arms[3 * index : 3 * index + 3],
-            maps[index],
-        )
-        if is_in_air(index, row, body, state):
-            on_ground[index] = 0.0
-            if state.in_air[index] >= body.air_dwell and body.learns_in_air != 0.0:
-                learn_in_air(index, maps[index], body, state)
+    for leg in range(len(LEGS)):
+        leg_map(body.legs[leg], of_leg(row.position, leg), of_leg(arms, leg), maps[leg])
+        if is_in_air(leg, row, body, state):
+            on_ground[leg] = 0.0
+            if state.in_air[leg] >= body.air_dwell and body.learns_in_air != 0.0:
+                learn_in_air(leg, maps[leg], body, state)
     if body.balances != 0.0:
         balance_body(row, turning, maps, on_ground, body, state)
     if body.only_pushes != 0.0:
         learn_no_pull(maps, body, state)
     fu.stay_in_sets(fusion)
-    h = np.zeros(fu.N)
-    for index in range(4):
-        for r in range(3):
-            weigh_leg(index, maps[index, r], state, h)
-            state.force_sd[index, r] = math.sqrt(told_variance(index, h, body, state))
+    weights = np.zeros(fu.N)
+    for leg in range(len(LEGS)):
+        for axis in range(3):
+            weigh_leg(leg, maps[leg, axis], state, weights)
+            state.force_sd[leg, axis] = math.sqrt(told_variance(leg, weights, body, state))
 
 
 @njit
@@ -179,40 +178,39 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
     wrench = weigh_body(row, turning, body, state, rows)
     point, column, effect = np.empty(3), np.empty(3), np.empty(6)
     slides = True
-    for index in range(4):
-        if on_ground[index] == 0.0:
+    for leg in range(len(LEGS)):
+        if on_ground[leg] == 0.0:
             continue
-        slides = slides and state.axes[3 * index + 2].slides >= 1.0
-        foot_point(
-            body.legs[index],
-            row.position[3 * index : 3 * index + 3],
-            body.foot_height[index],
-            point,
-        )
-        add_force(wrench, state.means.foot_force[index], point)
-        for j in range(3):
-            for r in range(3):
-                column[r] = maps[index, r, j]
+        slides = slides and state.axes[VERTICAL[leg]].slides >= 1.0
+        foot_point(body.legs[leg], of_leg(row.position, leg), body.foot_height[leg], point)
+        add_force(wrench, state.means.foot_force[leg], point)
+        for joint in range(len(JOINTS)):
+            cylinder = ROTATION[leg] + joint
+            axis_state = state.axes[cylinder]
+            for axis in range(3):
+                column[axis] = maps[leg, axis, joint]
             effect[:] = 0.0
             add_force(effect, column, point)
-            for r in range(6):
-                weigh_cylinder(3 * index + j, effect[r], state.axes[3 * index + j], rows[r])
+            for equation in range(6):
+                weigh_cylinder(cylinder, effect[equation], axis_state, rows[equation])
     variance = np.empty(6)
-    for r in range(6):
-        rows[r, fu.BALANCE + r] = 1.0
-        variance[r] = body.force_variance if r < 3 else body.moment_variance
-    variance[2] += (body.blow_share * row.ordered_thrust) ** 2
-    if something_else_carries(rows, wrench, variance[2], body, state):
+    for equation in range(6):
+        rows[equation, fu.BALANCE + equation] = 1.0
+        is_force = equation < MOMENT
+        variance[equation] = body.force_variance if is_force else body.moment_variance
+    variance[UP] += (body.blow_share * row.ordered_thrust) ** 2
+    if something_else_carries(rows, wrench, variance[UP], body, state):
         return
     slides = slides and state.support.otherwise == 0.0
     if slides:
         faulty_sensor.take_balance(rows, wrench, variance, state.fusion)
     shows = slides and row.ordered_thrust == 0.0
-    for r in range(6):
-        learns = 2 <= r < 5 and shows
+    for equation in range(6):
+        learns = equation in faulty_sensor.SEEN and shows
         if learns:
-            variance[r] *= 1.0 + (UNSTEADY * state.unsteady) ** 2 / body.force_variance
-        fu.observe(state.fusion, rows[r], wrench[r], variance[r], body.gate, learns)
+            variance[equation] *= 1.0 + (UNSTEADY * state.unsteady) ** 2 / body.force_variance
+        missing, error = wrench[equation], variance[equation]
+        fu.observe(state.fusion, rows[equation], missing, error, body.gate, learns)
 
 
 @njit
@@ -358,42 +356,37 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
     row.
     """
     map_, loads, own, interval = np.empty((3, 3)), np.empty(4), row.own, row.estimate_own
-    for index in range(4):
-        leg_map(
-            body.legs[index],
-            row.position[3 * index : 3 * index + 3],
-            arms[3 * index : 3 * index + 3],
-            map_,
-        )
-        for j in range(3):
-            off = force_error(3 * index + j, state)
-            for r in range(3):
-                force[index, r] -= map_[r, j] * off
-        loads[index] = persistent.step(state.filters[index], force[index, 2], body.filter)
-        for r in range(2):
-            level = state.level[index, r]
+    for leg in range(len(LEGS)):
+        leg_map(body.legs[leg], of_leg(row.position, leg), of_leg(arms, leg), map_)
+        for joint in range(len(JOINTS)):
+            off = force_error(ROTATION[leg] + joint, state)
+            for axis in range(3):
+                force[leg, axis] -= map_[axis, joint] * off
+        loads[leg] = persistent.step(state.filters[leg], force[leg, UP], body.filter)
+        for axis in range(UP):
+            level = state.level[leg, axis]
             share = LEVEL_SHARE if state.started > 1.0 else 1.0
-            if math.isfinite(force[index, r]):
-                state.level[index, r] = level + share * (force[index, r] - level)
-            state.last_force[index, r] = state.level[index, r]
-        own.x[index], own.y[index] = state.level[index, 0], state.level[index, 1]
-        own.x_sd[index], own.y_sd[index] = state.force_sd[index, 0], state.force_sd[index, 1]
+            if math.isfinite(force[leg, axis]):
+                state.level[leg, axis] = level + share * (force[leg, axis] - level)
+            state.last_force[leg, axis] = state.level[leg, axis]
+        own.x[leg], own.y[leg] = state.level[leg, 0], state.level[leg, 1]
+        own.x_sd[leg], own.y_sd[leg] = state.force_sd[leg, 0], state.force_sd[leg, 1]
     if body.shakes != 0.0:
-        add_fast_changes(row.specific_force[2], loads, body, state.shaken)
-    for index in range(4):
-        load = loads[index]
-        state.last_force[index, 2] = row.estimate.own[index] = own.z[index] = load
-        bounds(index, load, body, state, interval)
-        own.z_sd[index] = interval.sd[index]
+        add_fast_changes(row.specific_force[UP], loads, body, state.shaken)
+    for leg in range(len(LEGS)):
+        load = loads[leg]
+        state.last_force[leg, UP] = row.estimate.own[leg] = own.z[leg] = load
+        bounds(leg, load, body, state, interval)
+        own.z_sd[leg] = interval.sd[leg]
     if state.started > 0.0:
         state.started = 2.0
 
 
 @njit
-def bounds(k: int, load: float, body: Any, state: Any, interval: Any) -> None:
-    """How sure the load (N) of foot k is, into the row's Interval."""
-    variance = state.filters[k].estimate.variance
-    variance += (state.axes[3 * k + 2].slides * body.moving_sd) ** 2
-    sd = math.sqrt(state.force_sd[k, 2] ** 2 + variance)
-    interval.sd[k] = sd
-    interval.low[k], interval.high[k] = load - Z90 * sd, load + Z90 * sd
+def bounds(leg: int, load: float, body: Any, state: Any, interval: Any) -> None:
+    """How sure the load (N) of a leg's foot is, into the row's Interval."""
+    variance = state.filters[leg].estimate.variance
+    variance += (state.axes[VERTICAL[leg]].slides * body.moving_sd) ** 2
+    sd = math.sqrt(state.force_sd[leg, UP] ** 2 + variance)
+    interval.sd[leg] = sd
+    interval.low[leg], interval.high[leg] = load - Z90 * sd, load + Z90 * sd

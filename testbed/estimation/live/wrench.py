@@ -12,17 +12,24 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from testbed.compiled import njit
+from testbed.machine.names import JOINTS, LEGS, ROTATION, SIDES
 from testbed.robot.loads import foot_forces as ff
 from testbed.robot.model import write_rotation
+
+X, Y, Z = 0, 1, 2
+MOMENT = 3
+"""Where the moment begins in a wrench."""
+TURN, OUT, DOWN = 0, 1, 2
+"""The joints of a leg: `q` (3) are its positions, rad, m, m."""
 
 
 @njit
 def gravity_in_body(attitude: Any, gravity: float, out: Any) -> None:
     """Gravity's vector (3) in the body frame, m/s2, at roll, pitch, yaw."""
     roll, pitch = attitude[0], attitude[1]
-    out[0] = gravity * math.sin(pitch)
-    out[1] = -gravity * math.cos(pitch) * math.sin(roll)
-    out[2] = -gravity * math.cos(pitch) * math.cos(roll)
+    out[X] = gravity * math.sin(pitch)
+    out[Y] = -gravity * math.cos(pitch) * math.sin(roll)
+    out[Z] = -gravity * math.cos(pitch) * math.cos(roll)
 
 
 @njit
@@ -32,11 +39,27 @@ def turn_out_of_unit(vector: Any, roll: float, pitch: float) -> None:
     """
     if roll == 0.0 and pitch == 0.0:
         return
-    x, y, z = vector[0], vector[1], vector[2]
+    x, y, z = vector[X], vector[Y], vector[Z]
     y, z = math.cos(roll) * y - math.sin(roll) * z, math.sin(roll) * y + math.cos(roll) * z
-    vector[0] = math.cos(pitch) * x + math.sin(pitch) * z
-    vector[1] = y
-    vector[2] = math.cos(pitch) * z - math.sin(pitch) * x
+    vector[X] = math.cos(pitch) * x + math.sin(pitch) * z
+    vector[Y] = y
+    vector[Z] = math.cos(pitch) * z - math.sin(pitch) * x
+
+
+@njit
+def of_leg(values: Any, leg: int) -> Any:
+    """A leg's three (a view) of twelve values in the order of AXES."""
+    return values[ROTATION[leg] : ROTATION[leg] + len(JOINTS)]
+
+
+@njit
+def from_hip(leg: Any, centre: Any, turn: float, out: float) -> tuple[float, float]:
+    """Where a point that is at `centre` (x, y) from the hip with all joints at 0 has gone, x and y
+    from the hip, m: `out` along the radial joint, then turned by `turn`, rad.
+    """
+    x, y = centre[X] + leg.radial[X] * out, centre[Y] + leg.radial[Y] * out
+    turned: tuple[float, float] = ff.turn_z(turn, x, y)
+    return turned
 
 
 @njit
@@ -44,31 +67,33 @@ def leg_map(leg: Any, q: Any, arms: Any, out: Any) -> None:
     """Out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint
     positions q (3) with the cylinders' arms (3).
     """
-    turning, sliding, lifting = arms[0], arms[1], arms[2]
-    rx, ry = ff.turn_z(q[0], leg.radial[0], leg.radial[1])
-    fx, fy = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
-    reach, aside = fx * rx + fy * ry, -fx * ry + fy * rx
-    out[0, 0], out[1, 0], out[2, 0] = turning * ry / reach, -turning * rx / reach, 0.0
-    out[0, 1] = sliding * (-rx + aside / reach * ry)
-    out[1, 1] = sliding * (-ry - aside / reach * rx)
-    out[0, 2], out[1, 2], out[2, 1], out[2, 2] = 0.0, 0.0, 0.0, lifting
+    turning, sliding, lifting = arms[TURN], arms[OUT], arms[DOWN]
+    radial_x, radial_y = ff.turn_z(q[TURN], leg.radial[X], leg.radial[Y])
+    foot_x, foot_y = from_hip(leg, leg.foot, q[TURN], q[OUT])
+    reach = foot_x * radial_x + foot_y * radial_y
+    aside = -foot_x * radial_y + foot_y * radial_x
+    out[X, TURN], out[Y, TURN] = turning * radial_y / reach, -turning * radial_x / reach
+    out[X, OUT] = sliding * (-radial_x + aside / reach * radial_y)
+    out[Y, OUT] = sliding * (-radial_y - aside / reach * radial_x)
+    out[X, DOWN], out[Y, DOWN] = 0.0, 0.0
+    out[Z, TURN], out[Z, OUT], out[Z, DOWN] = 0.0, 0.0, lifting
 
 
 @njit
 def foot_point(leg: Any, q: Any, height: float, out: Any) -> None:
     """Underside of the foot in the body frame, m (3)."""
-    x, y = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
-    out[0], out[1], out[2] = leg.hip[0] + x, leg.hip[1] + y, height - q[2]
+    x, y = from_hip(leg, leg.foot, q[TURN], q[OUT])
+    out[X], out[Y], out[Z] = leg.hip[X] + x, leg.hip[Y] + y, height - q[DOWN]
 
 
 @njit
 def add_force(wrench: Any, force: Any, point: Any) -> None:
     """Wrench (6) += force (3) at point (3), about the body's origin."""
-    for index in range(3):
-        wrench[index] += force[index]
-    wrench[3] += point[1] * force[2] - point[2] * force[1]
-    wrench[4] += point[2] * force[0] - point[0] * force[2]
-    wrench[5] += point[0] * force[1] - point[1] * force[0]
+    for axis in range(3):
+        wrench[axis] += force[axis]
+    wrench[MOMENT + X] += point[Y] * force[Z] - point[Z] * force[Y]
+    wrench[MOMENT + Y] += point[Z] * force[X] - point[X] * force[Z]
+    wrench[MOMENT + Z] += point[X] * force[Y] - point[Y] * force[X]
 
 
 class View(NamedTuple):
@@ -110,18 +135,18 @@ def other_wrench(row: Any, view: View, turning: Any, tension: Any, body: Any) ->
     links; frames and feet stand still and carry gravity alone.
     """
     wrench, force = np.zeros(6), np.empty(3)
-    for index in range(3):
-        force[index] = -body.base_mass * view.specific_force[index]
-        for j in range(3):
-            wrench[3 + index] -= body.inertia[index, j] * turning[j]
+    for axis in range(3):
+        force[axis] = -body.base_mass * view.specific_force[axis]
+        for other in range(3):
+            wrench[MOMENT + axis] -= body.inertia[axis, other] * turning[other]
     add_force(wrench, force, body.base_centre)
-    for index in range(4):
-        add_links(wrench, body.legs[index], row.position[3 * index : 3 * index + 3], view)
-    for index in range(2):
-        rope_direction(view, body.rope_direction[index], force)
-        for j in range(3):
-            force[j] *= tension[index]
-        add_force(wrench, force, body.rope_point[index])
+    for leg in range(len(LEGS)):
+        add_links(wrench, body.legs[leg], of_leg(row.position, leg), view)
+    for rope in range(len(SIDES)):
+        rope_direction(view, body.rope_direction[rope], force)
+        for axis in range(3):
+            force[axis] *= tension[rope]
+        add_force(wrench, force, body.rope_point[rope])
     add_drill(wrench, row, view.gravity, body)
     return wrench
 
@@ -139,16 +164,14 @@ def rope_direction(view: View, direction: Any, out: Any) -> None:
 def add_links(wrench: Any, leg: Any, q: Any, view: View) -> None:
     """Wrench (6) += weight and inertia of a leg's three links at joint positions q (3)."""
     force, point = np.empty(3), np.empty(3)
-    for index in range(3):
-        link, out = leg.links[index], q[1] if index > 0 else 0.0
-        x, y = ff.turn_z(
-            q[0], link.centre[0] + leg.radial[0] * out, link.centre[1] + leg.radial[1] * out
-        )
-        point[0], point[1] = leg.hip[0] + x, leg.hip[1] + y
-        point[2] = leg.hip[2] + link.centre[2] - (q[2] if index == 2 else 0.0)
-        for j in range(3):
-            pull = view.gravity[j] if index == 2 else -view.specific_force[j]
-            force[j] = link.mass * pull
+    for joint in range(len(JOINTS)):
+        link, stands_still = leg.links[joint], joint == DOWN
+        x, y = from_hip(leg, link.centre, q[TURN], q[OUT] if joint >= OUT else 0.0)
+        point[X], point[Y] = leg.hip[X] + x, leg.hip[Y] + y
+        point[Z] = leg.hip[Z] + link.centre[Z] - (q[DOWN] if joint == DOWN else 0.0)
+        for axis in range(3):
+            pull = view.gravity[axis] if stands_still else -view.specific_force[axis]
+            force[axis] = link.mass * pull
         add_force(wrench, force, point)
 
 
@@ -160,10 +183,10 @@ def add_drill(wrench: Any, row: Any, gravity: Any, body: Any) -> None:
     force, point = np.zeros(3), np.empty(3)
     for index in range(3):
         point[index] = body.drill_point[index]
-    force[2] = row.ordered_thrust + row.rods_in_hole * gravity[2]
+    force[Z] = row.ordered_thrust + row.rods_in_hole * gravity[Z]
     add_force(wrench, force, point)
-    wrench[5] += row.ordered_torque
-    point[2] += row.rods_mast_height
+    wrench[MOMENT + Z] += row.ordered_torque
+    point[Z] += row.rods_mast_height
     for index in range(3):
         force[index] = row.rods_in_mast * gravity[index]
     add_force(wrench, force, point)

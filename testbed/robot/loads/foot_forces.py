@@ -19,15 +19,18 @@ there.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from testbed.compiled import njit
 from testbed.formats.records import Record, part, quantity
-from testbed.machine.names import AXES, JOINTS
+from testbed.machine.names import AXES, JOINTS, ROTATION
 
 XYZ = ("x", "y", "z")
+X, Y, Z = 0, 1, 2
+TURN, OUT, DOWN = 0, 1, 2
+"""The joints of a leg, from its first one on, and the links that go with them."""
 NOTHING_N = 1e-2
 """Rounding: a force below this is no contact."""
 
@@ -77,6 +80,17 @@ class BodyMotion(Record):
 BODY_MOTION = BodyMotion.dtype
 
 
+class Centre(NamedTuple):
+    """Velocity, m/s, and acceleration, m/s2, of a link's centre of mass as seen from the body."""
+
+    vx: float
+    vy: float
+    vz: float
+    ax: float
+    ay: float
+    az: float
+
+
 @njit
 def turn_z(angle: float, x: float, y: float) -> tuple[float, float]:
     """(x, y) turned about z by `angle`, rad."""
@@ -85,55 +99,69 @@ def turn_z(angle: float, x: float, y: float) -> tuple[float, float]:
 
 
 @njit
+def link_motion(leg: Any, link: int, first: int, joints: Any, rho: Any) -> Centre:
+    """How the centre of mass of a link (TURN, OUT, DOWN: the joint that it goes with) moves as seen
+    from the body; its place from the hip into `rho` (3), m.
+
+    leg: LegNumbers; joints: JointMotion, of which this leg's begin at `first`.
+    """
+    turn, out, down = first + TURN, first + OUT, first + DOWN
+    slides, lowers = link >= OUT, link == DOWN
+    centre, radial = leg.links[link].centre, leg.radial
+    reach = joints.position[out] if slides else 0.0
+    rho[X], rho[Y] = turn_z(
+        joints.position[turn], centre[X] + radial[X] * reach, centre[Y] + radial[Y] * reach
+    )
+    rho[Z] = centre[Z] - (joints.position[down] if lowers else 0.0)
+    rx, ry = turn_z(joints.position[turn], radial[X], radial[Y])
+    turning, turning_change = joints.rate[turn], joints.acceleration[turn]
+    out_rate = joints.rate[out] if slides else 0.0
+    out_change = joints.acceleration[out] if slides else 0.0
+    # about the rotation axis, towards it, across it (Coriolis), along the radial joint
+    ax = -turning_change * rho[Y] - turning**2 * rho[X] - 2.0 * turning * ry * out_rate
+    ax += rx * out_change
+    ay = turning_change * rho[X] - turning**2 * rho[Y] + 2.0 * turning * rx * out_rate
+    ay += ry * out_change
+    return Centre(
+        -turning * rho[Y] + rx * out_rate,
+        turning * rho[X] + ry * out_rate,
+        -(joints.rate[down] if lowers else 0.0),
+        ax,
+        ay,
+        -(joints.acceleration[down] if lowers else 0.0),
+    )
+
+
+@njit
 def link_force(
-    leg: Any, i: int, first: int, joints: Any, bodies: Any, force: Any, rho: Any
+    leg: Any, link: int, first: int, joints: Any, bodies: Any, force: Any, rho: Any
 ) -> float:
-    """Force m (a - g) of link i (0..2) into `force`, its centre from the hip into `rho`; returns
-    e_z . d/dt (I w).
+    """Force m (a - g) of a link (TURN, OUT, DOWN) into `force` (3), its centre from the hip into
+    `rho` (3); returns e_z . d/dt (I w), N m.
+
+    a = lift + alpha x s + w x (w x s) + 2 w x v + a', with s the centre from the point whose lift
+    is given, v and a' its motion as seen from the turning body (link_motion).
 
     leg: LegNumbers; joints: JointMotion, of which this leg's begin at `first`; bodies: array of one
     BodyMotion, in the body frame.
     """
-    body = bodies[0]
-    turn, out, down = joints.position[first], joints.position[first + 1], joints.position[first + 2]
-    turning, turning_change = joints.rate[first], joints.acceleration[first]
-    link = leg.links[i]
-    reach = out if i > 0 else 0.0
-    rho[0], rho[1] = turn_z(
-        turn, link.centre[0] + leg.radial[0] * reach, link.centre[1] + leg.radial[1] * reach
-    )
-    rho[2] = link.centre[2] - (down if i == 2 else 0.0)
-    rx, ry = turn_z(turn, leg.radial[0], leg.radial[1])
-    sliding = i > 0
-    out_rate = joints.rate[first + 1] if sliding else 0.0
-    out_change = joints.acceleration[first + 1] if sliding else 0.0
-    down_rate = joints.rate[first + 2] if i == 2 else 0.0
-    down_change = joints.acceleration[first + 2] if i == 2 else 0.0
-    # relative velocity and acceleration of the centre in the turning body
-    vx, vy, vz = -turning * rho[1] + rx * out_rate, turning * rho[0] + ry * out_rate, -down_rate
-    ax = -turning_change * rho[1] - turning**2 * rho[0] - 2.0 * turning * ry * out_rate
-    ax += rx * out_change
-    ay = turning_change * rho[0] - turning**2 * rho[1] + 2.0 * turning * rx * out_rate
-    ay += ry * out_change
-    az = -down_change
-    sx, sy, sz = leg.hip[0] + rho[0], leg.hip[1] + rho[1], leg.hip[2] + rho[2]
-    w, alpha, lift = body.angular_velocity, body.angular_acceleration, body.lift
-    wx, wy, wz = w[0], w[1], w[2]
-    ux, uy, uz = wy * sz - wz * sy, wz * sx - wx * sz, wx * sy - wy * sx
-    m = link.mass
-    force[0] = m * (
-        lift[0] + alpha[1] * sz - alpha[2] * sy + wy * uz - wz * uy + 2 * (wy * vz - wz * vy) + ax
-    )
-    force[1] = m * (
-        lift[1] + alpha[2] * sx - alpha[0] * sz + wz * ux - wx * uz + 2 * (wz * vx - wx * vz) + ay
-    )
-    force[2] = m * (
-        lift[2] + alpha[0] * sy - alpha[1] * sx + wx * uy - wy * ux + 2 * (wx * vy - wy * vx) + az
-    )
+    seen = link_motion(leg, link, first, joints, rho)
+    body, moved = bodies[0], leg.links[link]
+    alpha, lift = body.angular_acceleration, body.lift
+    wx, wy, wz = body.angular_velocity[X], body.angular_velocity[Y], body.angular_velocity[Z]
+    sx, sy, sz = leg.hip[X] + rho[X], leg.hip[Y] + rho[Y], leg.hip[Z] + rho[Z]
+    ux, uy, uz = wy * sz - wz * sy, wz * sx - wx * sz, wx * sy - wy * sx  # w x s
+    vx, vy, vz = seen.vx, seen.vy, seen.vz
+    rigid_x = lift[X] + alpha[Y] * sz - alpha[Z] * sy + wy * uz - wz * uy
+    rigid_y = lift[Y] + alpha[Z] * sx - alpha[X] * sz + wz * ux - wx * uz
+    rigid_z = lift[Z] + alpha[X] * sy - alpha[Y] * sx + wx * uy - wy * ux
+    force[X] = moved.mass * (rigid_x + 2 * (wy * vz - wz * vy) + seen.ax)
+    force[Y] = moved.mass * (rigid_y + 2 * (wz * vx - wx * vz) + seen.ay)
+    force[Z] = moved.mass * (rigid_z + 2 * (wx * vy - wy * vx) + seen.az)
     # turning of the link in its own axes: z is shared, x and y are turned by yaw
-    lx, ly = turn_z(-(leg.yaw + turn), wx, wy)
-    ix, iy, iz = link.inertia[0], link.inertia[1], link.inertia[2]
-    return float(iz * (alpha[2] + turning_change) + lx * ly * (iy - ix))
+    lx, ly = turn_z(-(leg.yaw + joints.position[first + TURN]), wx, wy)
+    about_z = moved.inertia[Z] * (alpha[Z] + joints.acceleration[first + TURN])
+    return float(about_z + lx * ly * (moved.inertia[Y] - moved.inertia[X]))
 
 
 @njit
@@ -142,15 +170,16 @@ def in_body_frame(rotation: Any, world: Any, bodies: Any) -> None:
     to world.
     """
     body = bodies[0]
-    for index in range(3):
-        w = alpha = lift = 0.0
-        for j in range(3):
-            w += rotation[j, index] * world.angular_velocity[j]
-            alpha += rotation[j, index] * world.angular_acceleration[j]
-            lift += rotation[j, index] * world.lift[j]
-        body.angular_velocity[index] = w
-        body.angular_acceleration[index] = alpha
-        body.lift[index] = lift
+    for axis in range(3):
+        turning = turning_change = lift = 0.0
+        for of_world in range(3):
+            part = rotation[of_world, axis]
+            turning += part * world.angular_velocity[of_world]
+            turning_change += part * world.angular_acceleration[of_world]
+            lift += part * world.lift[of_world]
+        body.angular_velocity[axis] = turning
+        body.angular_acceleration[axis] = turning_change
+        body.lift[axis] = lift
 
 
 @njit
@@ -167,35 +196,42 @@ def foot_forces(
     bodies = np.empty(1, BODY_MOTION)
     in_body_frame(rotation, motion, bodies)
     force, rho = np.empty(3), np.empty(3)
-    for index in range(4):
-        leg, first = legs[index], 3 * index
-        turn, reach_out = joints.position[first], joints.position[first + 1]
-        rx, ry = turn_z(turn, leg.radial[0], leg.radial[1])
-        moment = -joints.torque[first]
-        along = -joints.torque[first + 1]
-        up = joints.torque[first + 2]
-        for i in range(3):
-            moment += link_force(leg, i, first, joints, bodies, force, rho)
-            moment += rho[0] * force[1] - rho[1] * force[0]
-            if i > 0:
-                along += rx * force[0] + ry * force[1]
-            if i == 2:
-                up += force[2]
-        nx = ny = 0.0
-        for j in range(3):
-            nx += rotation[j, 0] * normals[index, j]
-            ny += rotation[j, 1] * normals[index, j]
-        fx, fy = turn_z(
-            turn, leg.foot[0] + leg.radial[0] * reach_out, leg.foot[1] + leg.radial[1] * reach_out
+    for place in range(len(ROTATION)):
+        leg, first = legs[place], ROTATION[place]
+        turn, reach_out = joints.position[first + TURN], joints.position[first + OUT]
+        rx, ry = turn_z(turn, leg.radial[X], leg.radial[Y])
+        # what is left for the ground: about the rotation axis, along e_r, along e_z
+        moment = -joints.torque[first + TURN]
+        along = -joints.torque[first + OUT]
+        up = joints.torque[first + DOWN]
+        for link in range(len(JOINTS)):
+            moment += link_force(leg, link, first, joints, bodies, force, rho)
+            moment += rho[X] * force[Y] - rho[Y] * force[X]
+            if link >= OUT:
+                along += rx * force[X] + ry * force[Y]
+            if link == DOWN:
+                up += force[Z]
+        normal_x = normal_y = 0.0
+        for axis in range(3):
+            normal_x += rotation[axis, X] * normals[place, axis]
+            normal_y += rotation[axis, Y] * normals[place, axis]
+        # where the ground touches the foot, from the rotation axis; then along e_r and across it
+        touch_x, touch_y = turn_z(
+            turn, leg.foot[X] + leg.radial[X] * reach_out, leg.foot[Y] + leg.radial[Y] * reach_out
         )
-        fx, fy = fx - leg.foot_radius * nx, fy - leg.foot_radius * ny
-        reach, aside = fx * rx + fy * ry, -fx * ry + fy * rx
+        touch_x, touch_y = (
+            touch_x - leg.foot_radius * normal_x,
+            touch_y - leg.foot_radius * normal_y,
+        )
+        reach, aside = touch_x * rx + touch_y * ry, -touch_x * ry + touch_y * rx
         across = (moment + aside * along) / reach
-        bx, by = along * rx - across * ry, along * ry + across * rx
-        size = math.sqrt(bx * bx + by * by + up * up)
+        push_x, push_y = along * rx - across * ry, along * ry + across * rx
+        size = math.sqrt(push_x * push_x + push_y * push_y + up * up)
         if size < NOTHING_N:
-            bx = by = up = 0.0
-        out_normal[index] = 0.0
-        for j in range(3):
-            out[index, j] = rotation[j, 0] * bx + rotation[j, 1] * by + rotation[j, 2] * up
-            out_normal[index] += out[index, j] * normals[index, j]
+            push_x = push_y = up = 0.0
+        out_normal[place] = 0.0
+        for axis in range(3):
+            out[place, axis] = (
+                rotation[axis, X] * push_x + rotation[axis, Y] * push_y + rotation[axis, Z] * up
+            )
+            out_normal[place] += out[place, axis] * normals[place, axis]
