@@ -141,6 +141,8 @@ class Effect:
     """The declared number of a rig that it changes: where nobody declares it, it is fitted and no
     finding.
     """
+    within_a_sample: ClassVar[bool] = False
+    """Of a size within one sample of a drive's recorder it is the recorder's, and no finding."""
     telling_motion: ClassVar[str] = ""
     """The experiment that shows it alone."""
     alike: ClassVar[Mapping[str, str]] = {}

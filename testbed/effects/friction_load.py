@@ -64,7 +64,7 @@ class LoadFriction(Effect):
 
     def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
         """See `friction_pressure.not_less_than_none`."""
-        return not_less_than_none(self, coordinate)
+        return not_less_than_none(coordinate)
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Dry friction that grows with the load that pushes the rod in."""

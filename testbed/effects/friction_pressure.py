@@ -85,7 +85,7 @@ class PressureFriction(Effect):
 
     def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
         """See `not_less_than_none`."""
-        return not_less_than_none(self, coordinate)
+        return not_less_than_none(coordinate)
 
     def declared_by(self, machine: Machine) -> Values | None:
         """The seal's number."""
@@ -98,13 +98,12 @@ class PressureFriction(Effect):
         return {"coefficient": Change(force={axis: seen.direction[:, axis] * both})}
 
 
-def not_less_than_none(effect: Effect, coordinate: Coordinate) -> Coordinate:
-    """One leg of four may stick more than the others, not less than nothing: with the load between
-    the diagonals open, one leg that sticks and three with the opposite of it look alike.
+def not_less_than_none(coordinate: Coordinate) -> Coordinate:
+    """What is pressed sticks more, never less: friction that falls under load or pressure is
+    another law, such as a load cell's that bears some of it. And with the load between the robot's
+    diagonals open, one leg that sticks and three with the opposite of it look alike.
     """
-    if effect.place is not None and coordinate.name == "coefficient":
-        return replace(coordinate, low=0.0)
-    return coordinate
+    return replace(coordinate, low=0.0) if coordinate.name == "coefficient" else coordinate
 
 
 EFFECTS = (PressureFriction(),)

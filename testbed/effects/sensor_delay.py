@@ -39,6 +39,7 @@ class Delay(Effect):
     seen_in = ("force", "flow")
     shapes = ("lag_share",)
     needs_sliding = True
+    within_a_sample = True
     telling_motion = "fast reversals at several speeds"
     alike = {
         "friction.presliding": "a bristle's force builds up over a distance, however slow the reversal",

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, field_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from testbed.errors import InputError
 from testbed.formats.checked import Checked, Pair, Sequence, checked
@@ -96,7 +96,8 @@ class EffectEntry(Checked):
 
 class LegModel(Checked):
     """The believed model of one leg; `force_offset_n` is a constant force of sensor zeros,
-    downwards.
+    downwards; `force_held_s` the time by which a drive's force acts later than its row says: one
+    that is a command, held until the next, half a sample in the mean.
     """
 
     format: Literal["roboclimber-model/1"] = "roboclimber-model/1"
@@ -104,8 +105,15 @@ class LegModel(Checked):
     known: Known
     friction: Friction = Friction()
     force_offset_n: float = 0.0
+    force_held_s: NotNegative = 0.0
     effects: Annotated[tuple[EffectEntry, ...], Sequence] = ()
     description: str | None = None
+
+    @model_validator(mode="after")
+    def _only_a_drive_is_commanded(self) -> Self:
+        if self.force_held_s and self.rig != "drive":
+            raise ValueError(f"force_held_s would have no effect on a {self.rig} (allowed: 0)")
+        return self
 
 
 def read_model(path: str | Path) -> LegModel:

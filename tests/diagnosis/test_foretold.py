@@ -4,6 +4,7 @@ others.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -93,6 +94,22 @@ def test_a_recording_without_which_an_effect_is_unknown_shows_it_alone() -> None
     assert shown_by_one(problem(), fitted({"air": 0.0, "press": 1.0}), {"effect"}) == {"press"}
     assert shown_by_one(problem(), fitted({"air": 1.0, "press": 1.0}), {"effect"}) == set()
     assert shown_by_one(problem(), fitted({"air": 0.0, "press": 1.0}), {"friction"}) == set()
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_number_that_moves_nothing_takes_no_other_s_knowledge() -> None:
+    """Such as the speed of a Stribeck rise that is none."""
+    fit = fitted({"air": 0.0, "press": 1.0})
+    still = Coordinate("friction", "speed", 0.0, -99.0, 99.0, 1.0)
+    columns = np.column_stack([fit.jacobian["force"], np.zeros(2 * BINS)])
+    more = replace(
+        fit,
+        coordinates=(*fit.coordinates, still),
+        theta=np.append(fit.theta, 0.0),
+        jacobian={"force": columns},
+        covariance=np.eye(3),
+    )
+    assert shown_by_one(problem(), more, {"effect"}) == {"press"}
 
 
 @pytest.mark.parametrize(("share", "alone"), [(0.8, {"press"}), (1.25, set())])

@@ -29,6 +29,8 @@ class Leg:
     """Sets that leave a line along the stroke."""
     dear_alone: frozenset[str] = frozenset()
     """Names that look dear without any other."""
+    beyond: float = 0.0
+    """Probability that something is there if no name is."""
     tried: dict[frozenset[str], Any] = field(default_factory=dict)
     witnesses: set[frozenset[str]] = field(default_factory=set)
 
@@ -68,7 +70,8 @@ def decided(monkeypatch: pytest.MonkeyPatch) -> Any:
             return {}
 
         for name, fake in {
-            "signs": lambda state, found: None,
+            "signs": lambda state, found: SimpleNamespace(best=SimpleNamespace(names=("any",))),
+            "beyond_none": lambda signs, numbers: leg.beyond,
             "distribution": lambda signs, numbers: dict(leg.weights),
             "wins": wins,
             "trial": trial,
@@ -97,6 +100,15 @@ def test_what_a_refused_name_was_given_does_not_speak_for_a_law_without_a_name(
     passed = decided(Leg(weights))
     assert passed.kind == "unnamed"
     assert dict(passed.hypotheses)[("unnamed",)] == pytest.approx(0.5)
+
+
+def test_where_much_is_left_without_a_name_a_refused_name_leaves_no_sound_leg(
+    decided: Any,
+) -> None:
+    weights = {("wrong",): 0.8, (): 0.1, ("unnamed",): 0.1}
+    found = decided(Leg(weights, frozenset(("wrong",)), beyond=0.9))
+    assert found.kind == "unnamed"
+    assert dict(found.hypotheses) == pytest.approx({(): 0.1, ("unnamed",): 0.9})
 
 
 def test_a_name_that_leads_once_another_is_doubted_is_tried_too(decided: Any) -> None:

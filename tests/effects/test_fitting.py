@@ -149,10 +149,12 @@ def test_the_strongest_line_of_a_residual_is_found_with_its_frequency_and_amplit
     assert [c.name for c in by_name("force.periodic").coordinates(start)] == ["frequency"]
 
 
-def test_one_leg_of_four_sticks_not_less_than_nothing() -> None:
-    everywhere = by_name("friction.pressure")
+@pytest.mark.parametrize("name", ["friction.pressure", "friction.load"])
+def test_what_is_pressed_sticks_never_less(name: str) -> None:
+    """Friction that falls under load is another law: a load cell that bears some of it, say."""
+    everywhere = by_name(name)
     here = everywhere.at("fl_vertical")
-    assert everywhere.narrowed(everywhere.coordinates()[0], observed()).low < 0.0
+    assert everywhere.narrowed(everywhere.coordinates()[0], observed()).low == 0.0
     assert here.narrowed(here.coordinates()[0], observed("robot")).low == 0.0
 
 

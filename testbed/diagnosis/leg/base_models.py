@@ -12,6 +12,7 @@ from testbed.diagnosis.leg.evidence import evidence
 from testbed.diagnosis.leg.fit import Fit, solve
 from testbed.diagnosis.leg.points import (
     DECLARED,
+    HELD,
     MOST_N,
     NUISANCE,
     ZERO,
@@ -131,6 +132,21 @@ def _clocked(problem: Problem) -> Coordinate:
     )
 
 
+USUALLY_HELD, HELD_SPREAD = 0.25, 0.25
+"""Samples by which a drive's force acts later than its row, and their standard deviation (E): half
+a sample that of a command held until the next, none that of a sensor."""
+
+
+def _commanded(problem: Problem) -> Coordinate:
+    """How much later a drive's force acts than its row says, a sample at most: the recorder's, and
+    no finding.
+    """
+    sample_s = 1.0 / min(one.full_rate_hz for one in problem.series)
+    usual, spread = USUALLY_HELD * sample_s, HELD_SPREAD * sample_s
+    start, scale = problem.base.force_held_s, 0.1 * sample_s
+    return Coordinate(HELD, "held_s", start, 0.0, sample_s, scale, prior=(usual, spread))
+
+
 def first_friction(
     series: Sequence[Series], model: LegModel, believed: Sequence[Active] = (), bench: bool = True
 ) -> tuple[Friction, float]:
@@ -208,6 +224,8 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
         coordinates += [*METERING, _clocked(problem)]
     if problem.kind in ("cylinder", "drive"):
         coordinates.append(zero_force(scale))
+    if problem.kind == "drive":
+        coordinates.append(_commanded(problem))
     if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:
         friction = _fit_mass(problem, coordinates, friction)
         start = Point(friction, Edges(), problem.believed)

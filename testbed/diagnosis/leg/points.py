@@ -17,8 +17,10 @@ from testbed.recording.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
 FRICTION, NUISANCE, ZERO, DECLARED = "friction", "nuisance", "zero", "declared"
+HELD = "held"
 """Owners of coordinates that are no effects: equation (5), a valve's edges, the sensors' common
-zero, and how far a declared number is off, as a share of it (its name is the number's)."""
+zero, how far a declared number is off, as a share of it (its name is the number's), and how late a
+drive's force acts."""
 FRICTION_NAMES = tuple(Friction.model_fields)
 STRAIGHT = tuple(name for name in FRICTION_NAMES if "speed" not in name)
 """Numbers of equation (5) that enter straight: viscous, Coulomb, Stribeck of extension, then of
@@ -59,6 +61,8 @@ class Point:
     """Declared number -> share by which the machine's is larger; see
     base_models.within_tolerance.
     """
+    held_s: float = 0.0
+    """By which a drive's force acts later than its row says; see LegModel.force_held_s."""
 
     def model(self, base: LegModel) -> LegModel:
         """The base model with this friction, this zero and these declared numbers, and no effect of
@@ -67,6 +71,8 @@ class Point:
         changes: dict[str, Any] = {"friction": self.friction}
         if self.zero_n != 0.0:
             changes["force_offset_n"] = base.force_offset_n + self.zero_n
+        if base.rig == "drive":
+            changes["force_held_s"] = self.held_s
         if self.off:
             declared = {name: getattr(base.known, name) for name in self.off}
             used = {name: value * (1.0 + self.off[name]) for name, value in declared.items()}
@@ -77,6 +83,7 @@ class Point:
 def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Point:
     """The objects at a parameter vector (fitted units); what is not fitted comes from `fixed`."""
     friction, zero, off = dict(fixed.friction), fixed.zero_n, dict(fixed.off)
+    held_s = fixed.held_s
     edges: dict[str, float] = {}
     values: dict[str, dict[str, float]] = {
         effect.effect.name: dict(effect.values) for effect in fixed.effects
@@ -90,13 +97,15 @@ def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Poin
             edges[coordinate.name] = number
         elif coordinate.owner == ZERO:
             zero = number
+        elif coordinate.owner == HELD:
+            held_s = number
         elif coordinate.owner == DECLARED:
             off[coordinate.name] = number
         else:
             values.setdefault(coordinate.owner, {})[coordinate.name] = number
     effects = tuple(Active(e := by_name(name), e.complete(value)) for name, value in values.items())
     metering = replace(fixed.edges, **edges)
-    return Point(Friction.model_construct(**friction), metering, effects, zero, off)
+    return Point(Friction.model_construct(**friction), metering, effects, zero, off, held_s)
 
 
 def start_vector(coordinates: Sequence[Coordinate]) -> Array:
@@ -121,6 +130,8 @@ def restarted(coordinate: Coordinate, at: Point) -> Coordinate:
         value = float(getattr(at.edges, coordinate.name))
     elif coordinate.owner == ZERO:
         value = at.zero_n
+    elif coordinate.owner == HELD:
+        value = at.held_s
     elif coordinate.owner == DECLARED:
         value = at.off[coordinate.name]
     else:

@@ -94,7 +94,8 @@ def shown_by_one(problem: Problem, fit: Fit, owners: Collection[str]) -> frozens
         return frozenset()
     w = weights(problem, fit.residual, fit.scale)
     whole = h[np.ix_(free, free)]
-    size = np.sqrt(np.diag(whole)) + np.finfo(float).tiny
+    size = np.sqrt(np.diag(whole))
+    size[size == 0.0] = 1.0  # moves nothing: as good as unknown, whatever its unit
     known = _variances(whole, size)[mine]
     found = set()
     for number, series in enumerate(problem.series):

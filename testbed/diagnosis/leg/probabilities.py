@@ -22,7 +22,7 @@ the rigs they were fitted on; `testbed lab fit-diagnosis` fits them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from pathlib import Path
 
@@ -240,6 +240,28 @@ def distribution(signs: Signs, calibration: Calibration) -> dict[Names, float]:
         for names, share in shares:
             out[names] = out.get(names, 0.0) + (1.0 - missing) * whole * share
     return out
+
+
+def beyond_none(signs: Signs, calibration: Calibration) -> float:
+    """Probability that something is there, if no name is: by what is left without any, and what
+    generic terms add to that. `distribution` asks the same of the best set, which may leave little
+    where no name leaves much.
+    """
+    bare = replace(signs, singles=(), second=None, generic_gain=signs.alone_gain)
+    sound = (1.0 - answer(left_signs(bare), calibration.left)) * (
+        1.0 - answer(generic_signs(bare), calibration.generic)
+    )
+    return calibration.lapsed("unnamed", 1.0 - sound)
+
+
+def standing(weights: Mapping[Names, float], beyond: float) -> dict[Names, float]:
+    """The weights with at least the share `beyond` of what sets without names have for what no name
+    covers: that nothing is missing has to stand on what it leaves, as every other answer has.
+    """
+    unnamed = weights.get(("unnamed",), 0.0)
+    nameless = weights.get((), 0.0) + unnamed
+    unnamed = max(unnamed, beyond * nameless)
+    return dict(weights) | {(): nameless - unnamed, ("unnamed",): unnamed}
 
 
 def weighed(

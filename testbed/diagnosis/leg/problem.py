@@ -25,6 +25,7 @@ from testbed.diagnosis.leg.series import BIN, Series
 from testbed.effects.active import Active
 from testbed.effects.terms import ForceResidual, Observed, Signals
 from testbed.estimation.leg.balance import (
+    acting,
     corrected,
     external_n,
     force_terms,
@@ -167,11 +168,12 @@ class Problem:
             model.known.bore_m,
             model.known.moving_mass_kg,
             model.force_offset_n,
+            model.force_held_s,
             [(effect.effect.name, dict(effect.values)) for effect in effects],
         )
         if self._balanced is None or self._balanced[0] != key:
             found = []
-            for signals in self._signals(effects):
+            for signals in self._signals(effects, model.force_held_s):
                 if model.known is not self.base.known:  # declared numbers within their tolerance
                     signals = signals.with_(known=model.known)
                 terms = force_terms(model, signals, effects)
@@ -179,14 +181,15 @@ class Problem:
             self._balanced = (key, found)
         return self._balanced[1]
 
-    def _signals(self, effects: Sequence[Active]) -> list[Signals]:
-        """Corrected signals of every series; the last correction is kept, as most parameters leave
-        sensors alone.
+    def _signals(self, effects: Sequence[Active], held_s: float = 0.0) -> list[Signals]:
+        """Corrected signals of every series, a drive's force as it acts; the last correction is
+        kept, as most parameters leave sensors alone.
         """
         sensors = [effect for effect in effects if effect.effect.overrides("correct")]
-        key = [(sensor.effect.name, dict(sensor.values)) for sensor in sensors]
+        key = (held_s, [(sensor.effect.name, dict(sensor.values)) for sensor in sensors])
         if self._corrected is None or self._corrected[0] != key:
-            self._corrected = (key, [corrected(one.signals, sensors) for one in self.series])
+            read = (acting(one.signals, held_s) for one in self.series)
+            self._corrected = (key, [corrected(signals, sensors) for signals in read])
         return self._corrected[1]
 
     def flow(self, model: LegModel, effects: Sequence[Active], edges: Edges) -> dict[str, Array]:

@@ -5,7 +5,7 @@ a whole a fourth.
 explain). Of a size that is a share of friction's numbers it may be that of their product: what
 share it is is as unsure as they are, however plain the force. An effect that says that a declared
 number is another one is told against what is declared: no data part it from what the tolerance
-took up.
+took up. A lateness of a drive's force has to be beyond one sample: the recorder's order is as much.
 2. With it, recordings left out are predicted better than by the best identified model without it.
 3. A repeat of the rig would name it again: it, or a name that this data cannot tell from it, is in
 the best set of at least REPEATED of the bootstrap's draws.
@@ -56,7 +56,7 @@ class Trial:
     def failed(self) -> str | None:
         """In words why it is not said; None where it may be."""
         if not self.excludes_zero:
-            return "its interval contains zero, or what a declared number's tolerance explains"
+            return "its interval contains zero, or what a tolerance or the recorder explains"
         if self.repeated < REPEATED:
             return f"only {100 * self.repeated:.0f} % of resampled rigs would name it"
         if self.run_error is not None and self.run_error > BETTER:
@@ -285,6 +285,9 @@ def _excludes_zero(state: Search, fit: Fit, entry: EffectEntry, memory: float) -
         moved = declared * fit.at.off.get(number, 0.0)  # what the tolerance took up
         most = MOST * declared * known.tolerance(number)
         return low + moved > most or high + moved < -most
+    if effect.within_a_sample and state.problem.kind == "drive":
+        sample_s = 1.0 / min(one.full_rate_hz for one in state.problem.series)
+        return low > sample_s or high < -sample_s
     if low > 0.0 or high < 0.0:
         return True
     worth = worth_interval(fit, effect, memory, block_covariance(state.problem, fit))

@@ -19,7 +19,12 @@ from testbed.diagnosis.leg import bench_probabilities as bench
 from testbed.diagnosis.leg.alike import alike
 from testbed.diagnosis.leg.costs import dearest
 from testbed.diagnosis.leg.entries import at_bounds
-from testbed.diagnosis.leg.probabilities import calibration, distribution
+from testbed.diagnosis.leg.probabilities import (
+    beyond_none,
+    calibration,
+    distribution,
+    standing,
+)
 from testbed.diagnosis.leg.proof import Proof, trial, worse_than
 from testbed.diagnosis.leg.resampled import Names, wins
 from testbed.diagnosis.leg.rivals import near
@@ -61,14 +66,19 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     `identified` model, hands its probability to the sets without it. Blocks are drawn anew within
     their recordings: each of a leg's is a motion of its own kind. Names are tried before those that
     end at their bounds are doubted, and again after: what a refused name was given speaks for no
-    law without a name. Names that passed beside each other are not tried again without one that is
-    doubted: what it explains would look like their cost. A line along the stroke that is left by
+    law without a name. Where names helped and failed, no name has to stand on what it leaves.
+    Names that passed beside each other are not tried again without one that is doubted: what it
+    explains would look like their cost. A line along the stroke that is left by
     what is believed then speaks for what no name covers.
     """
     won, searched = wins(state, recordings_too=False), dict(state.tried)  # trials fit others too
-    believed = _tried(state, distribution(signs(state, found), calibration()), won, identified)
+    told = signs(state, found)
+    believed = _tried(state, distribution(told, calibration()), won, identified)
     passed = frozenset(verdict_of(state, believed).chosen.names)
     weights = _tried(state, doubted(searched, believed), won, identified, passed)
+    if told.best.names:  # of no name `distribution` asked it
+        weights = standing(weights, beyond_none(told, calibration()))
+        weights = _tried(state, weights, won, identified, passed)
     verdict = verdict_of(state, weights)
     if verdict.kind != "unnamed" and _leaves_a_line(state, verdict.chosen):
         verdict = verdict_of(state, rippled(weights))

@@ -73,6 +73,17 @@ def corrected(signals: Signals, effects: Sequence[Active]) -> Signals:
     return signals
 
 
+def acting(signals: Signals, held_s: float) -> Signals:
+    """Signals whose actuator force is the one that acts: of a command that is held until the next,
+    the mean of what was given, `held_s` before.
+    """
+    if held_s == 0.0 or signals.actuator_force_n is None:
+        return signals
+    time = signals.time_s
+    force = np.interp(time - held_s, time, signals.actuator_force_n)
+    return signals.with_(actuator_force_n=np.asarray(force, dtype=np.float64))
+
+
 def force_terms(model: LegModel, signals: Signals, effects: Sequence[Active]) -> ForceTerms:
     """The force balance with every effect's change."""
     mass = model.known.moving_mass_kg or 0.0
@@ -143,7 +154,7 @@ class Balance:
 def balance_of(signals: Signals, model: LegModel) -> Balance:
     """The balance over signals (n,) as they were read."""
     effects = build(model.effects)
-    signals = corrected(signals, effects)
+    signals = corrected(acting(signals, model.force_held_s), effects)
     terms = force_terms(model, signals, effects)
     total = without_friction_n(signals, terms)
     friction = friction_n(model.friction, signals, terms)

@@ -1,0 +1,85 @@
+"""A drive's force that is a command, held until the next: half a sample late, and no finding."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from testbed.benchmarks.diagnosis.bench_rigs import make_bench
+from testbed.diagnosis.leg.base_models import fit_base
+from testbed.diagnosis.leg.problem import Problem
+from testbed.diagnosis.leg.proof import _excludes_zero
+from testbed.diagnosis.leg.series import series_of
+from testbed.estimation.leg.balance import acting
+from testbed.recording.axis import Recording
+from testbed.recording.leg_model import EffectEntry, LegModel, Parameter
+
+
+def clean_drive() -> tuple[Recording, ...]:
+    """The first simulated drive that hides nothing, as it was recorded to be fitted."""
+    rigs = (make_bench(seed) for seed in range(0, 24, 2))
+    return next(rig.identify for rig, hidden in rigs if hidden.kind == "clean")
+
+
+def held_s(recordings: tuple[Recording, ...]) -> float:
+    """What a fit of the published model finds."""
+    base = LegModel(rig="drive", known=recordings[0].known)
+    return fit_base(Problem(series_of(recordings, base.known), base, False))[1].force_held_s
+
+
+def earlier(recording: Recording, samples: float) -> Recording:
+    """The recording with its force written so many samples before it acts."""
+    assert recording.actuator_force_n is not None
+    at = np.arange(len(recording)) + samples
+    force = np.interp(at, np.arange(len(recording)), recording.actuator_force_n)
+    return replace(recording, actuator_force_n=force)
+
+
+@pytest.mark.parametrize("samples", [0.0, 0.5, 1.0])
+def test_a_force_that_is_written_before_it_acts_is_found_to_be_held(samples: float) -> None:
+    recordings = clean_drive()
+    rate_hz = series_of(recordings)[0].full_rate_hz
+    found = held_s(tuple(earlier(recording, samples) for recording in recordings))
+    assert found * rate_hz == pytest.approx(samples, abs=0.25)
+
+
+def test_what_acts_is_what_was_given_half_a_sample_before() -> None:
+    signals = series_of(clean_drive())[0].signals
+    ramp = signals.with_(actuator_force_n=100.0 * signals.time_s)
+    acts = acting(ramp, 2e-3).actuator_force_n
+    assert acts is not None
+    assert acts[5:] == pytest.approx(100.0 * (signals.time_s[5:] - 2e-3))
+
+
+def test_only_a_drive_is_commanded() -> None:
+    known = clean_drive()[0].known
+    with pytest.raises(ValueError, match="force_held_s would have no effect on a cylinder"):
+        LegModel(rig="cylinder", known=known, force_held_s=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("rig", "interval_s", "told"),
+    [
+        ("drive", (-1.5e-3, -0.5e-3), False),
+        ("drive", (3e-3, 5e-3), True),
+        ("vertical-leg", (0.5e-3, 1.5e-3), True),
+    ],
+)
+def test_a_drive_s_delay_is_told_beyond_one_sample(
+    rig: str, interval_s: tuple[float, float], told: bool
+) -> None:
+    state: Any = SimpleNamespace(
+        problem=SimpleNamespace(
+            kind=rig,
+            base=SimpleNamespace(known=None),
+            series=(SimpleNamespace(full_rate_hz=500.0),),
+        )
+    )
+    size = Parameter(value=sum(interval_s) / 2.0, unit="s", interval90=interval_s)
+    entry = EffectEntry(name="sensor.delay", parameters={"delay": size})
+    nothing: Any = None
+    assert _excludes_zero(state, nothing, entry, 1.0) is told
