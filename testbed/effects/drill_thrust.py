@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.base import Effect
+from testbed.effects.parameter_spec import ParameterSpec
 from testbed.effects.signature import Change, RobotSeen, Signature, at_point
 from testbed.effects.terms import Hidden, Values
 

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.base import Effect
 from testbed.effects.friction_pressure import not_less_than_none
+from testbed.effects.parameter_spec import ParameterSpec
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Coordinate, ForceTerms, Observed, Signals, Values
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.base import Effect
+from testbed.effects.parameter_spec import ParameterSpec
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 from testbed.machine.model import Machine

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.base import Effect
+from testbed.effects.parameter_spec import ParameterSpec
 from testbed.machine.names import AXES
 
 

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.base import Effect
+from testbed.effects.parameter_spec import ParameterSpec
 from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Hidden, HiddenMass, Values
 from testbed.formats.arrays import Array

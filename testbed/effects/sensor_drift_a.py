@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.base import Effect
+from testbed.effects.parameter_spec import ParameterSpec
 from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Signals, Values
 

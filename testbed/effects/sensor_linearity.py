@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.base import Effect
+from testbed.effects.parameter_spec import ParameterSpec
 
 
 def bowed(pressure_pa: Any, range_pa: float) -> Any:

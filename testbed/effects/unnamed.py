@@ -8,7 +8,8 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.effects.active import Active
-from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.base import Effect
+from testbed.effects.parameter_spec import ParameterSpec
 from testbed.effects.terms import ForceTerms, Signals, Values
 from testbed.formats.arrays import Array
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.base import Effect
+from testbed.effects.parameter_spec import ParameterSpec
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Coordinate, FlowTerms, Observed, Signals, Values
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from testbed.effects import by_name
-from testbed.effects.base import ParameterSpec
+from testbed.effects.parameter_spec import ParameterSpec
 from testbed.errors import InputError, check_one_of
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.names import LEGS, SIDES

@@ -18,8 +18,9 @@ from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.parameters import _found, found_in
 from testbed.effects import ALL, by_name
-from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.base import Effect
 from testbed.effects.force_cushion import LEFT_COST
+from testbed.effects.parameter_spec import ParameterSpec
 from testbed.effects.signature import Change, RobotSeen
 from testbed.machine.names import AXES
 from tests.diagnosis.test_robot_signatures import balanced, recorded

@@ -14,7 +14,8 @@ from testbed.diagnosis.leg.fit import Fit
 from testbed.diagnosis.leg.hypotheses import LeftOut, available, fit_shapes, fit_with, promise
 from testbed.diagnosis.leg.problem import Problem
 from testbed.effects import by_name, place_of
-from testbed.effects.base import STANDARD_DEVIATIONS_OF_90, Effect
+from testbed.effects.base import Effect
+from testbed.effects.parameter_spec import STANDARD_DEVIATIONS_OF_90
 
 LEAST_GAIN = 6.0
 """Log-likelihood that a further shape or effect has to gain on held-out blocks to be looked at."""

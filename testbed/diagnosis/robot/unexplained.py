@@ -13,7 +13,8 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.base import Effect
+from testbed.effects.parameter_spec import ParameterSpec
 from testbed.effects.signature import Change, RobotSeen, Signature, knots
 from testbed.machine.names import AXES
 from testbed.machine.scale import Scale
