@@ -77,6 +77,11 @@ class KnownRow(Record):
     estimate = part(Estimates, "foot load along the vertical joint's axis, by method")
     estimate_own = part(Interval, "how sure the own estimate is", column="own")
     own = part(FootForces, "force of the ground on the foot by the own estimate")
+    own_balance_doubt = quantity(
+        "1",
+        "how much less the body's balance is trusted than believed: more than 1 where pressures "
+        "contradict weight, ropes or drill",
+    )
     contact = quantity("1", "contact state by the detector: 1 loaded, 0 contact lost", per=LEGS)
     expected = quantity(
         "N", "foot load along the vertical joint's axis that the model expects", per=LEGS

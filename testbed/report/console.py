@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 LEAST_SLIP_M = 1e-3
 """Slips below it are not told."""
+DOUBT_MEANS = "pressures contradict weight, ropes or drill as believed"
 
 
 def print_json(value: object) -> None:
@@ -134,6 +135,9 @@ def summary_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     expected = [error for error in summary.get("expected_rms_n", {}).values() if error is not None]
     if expected:
         yield "expected load error, worst leg", _newton(max(expected))
+    doubted_s = summary.get("balance_doubted_s", 0.0)
+    if doubted_s > 0.0:
+        yield "the body's balance", f"doubted for {doubted_s:.1f} s ({DOUBT_MEANS})"
     named = (summary.get("residuals") or {}).get("stands_out")
     if named:
         way = "short of" if named["error_n"] > 0 else "above"

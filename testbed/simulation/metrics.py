@@ -32,6 +32,8 @@ LOSS_FORCE_N = LossRule(ROBOCLIMBER_NOMINAL_N).force_n
 the run's own rule.
 """
 MARGIN_WINDOW_S = 0.1
+DOUBTED = 2.0
+"""From this `own_balance_doubt` on loads follow the pressures rather than the body's balance."""
 
 
 def methods(columns: Columns) -> list[str]:
@@ -77,6 +79,14 @@ def expected_rms_n(data: Columns, truth: Columns) -> dict[str, float]:
 
 def _error(data: Columns, truth: Columns, prefix: str, leg: str) -> Array:
     return data[f"{prefix}_{leg}"] - truth[f"foot_load_{leg}"]
+
+
+def balance_doubted_s(data: Columns) -> float:
+    """For how long the pressures contradicted weight, ropes or drill as believed, s."""
+    doubt = data.get("own_balance_doubt")
+    if doubt is None or len(doubt) < 2:
+        return 0.0
+    return float(np.mean(doubt >= DOUBTED) * (data["t"][-1] - data["t"][0]))
 
 
 @dataclass(frozen=True)
@@ -271,6 +281,7 @@ def run_metrics(data: Columns, truth: Columns, slope_deg: float, rule: LossRule)
         "force_rms_n": force_rms_n(data, truth),
         "force_rms_by_leg_n": force_rms_by_leg_n(data, truth),
         "expected_rms_n": expected_rms_n(data, truth),
+        "balance_doubted_s": balance_doubted_s(data),
         "residuals": residual_summary(data, methods(data), rule.nominal_load_n),
         "contact_loss_events": [loss.as_dict() for loss in losses],
         "contact_losses_not_meant": sum(not loss.meant for loss in losses),

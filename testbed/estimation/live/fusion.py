@@ -95,7 +95,8 @@ class Sizes(Record):
     )
     zero_grown = quantity("N2", "by how much a zero's variance has grown", per=AXES)
     balance_keep = quantity("1", "share of itself that an error of the balance keeps")
-    balance_sd = quantity("N", "standard deviation of it (moments N m)", per=WRENCH)
+    balance_sd = quantity("N", "standard deviation of it as believed (moments N m)", per=WRENCH)
+    doubted_sd = quantity("N", "the same, larger where the balance is doubted", per=WRENCH)
     low = quantity("N", "lower end of a deviation's set", per=AXES)
     high = quantity("N", "upper end of a deviation's set", per=AXES)
     zero_sd = quantity("N", "standard deviation of a zero by now", per=AXES)
@@ -143,7 +144,7 @@ def start(fusion: Any, known: Any) -> None:
         p[ZERO + index, ZERO + index] = sizes.zero_sd[index] ** 2
         p[DEVIATION + index, DEVIATION + index] = sizes.spread[index] ** 2
     for index in range(6):
-        p[BALANCE + index, BALANCE + index] = sizes.balance_sd[index] ** 2
+        p[BALANCE + index, BALANCE + index] = sizes.doubted_sd[index] ** 2
 
 
 @njit
@@ -180,7 +181,7 @@ def predict(fusion: Any) -> None:
     for index in range(6):
         b = BALANCE + index
         fade(fusion, b, sizes.balance_keep)
-        p[b, b] += (1.0 - sizes.balance_keep**2) * sizes.balance_sd[index] ** 2
+        p[b, b] += (1.0 - sizes.balance_keep**2) * sizes.doubted_sd[index] ** 2
 
 
 @njit

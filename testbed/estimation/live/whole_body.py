@@ -16,7 +16,7 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.filters import persistent
-from testbed.estimation.live import faulty_sensor
+from testbed.estimation.live import doubt, faulty_sensor
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import Loads, step_axis
 from testbed.estimation.live.belly_support import something_else_carries
@@ -92,6 +92,7 @@ def expect_sizes(row: Any, body: Any, state: Any) -> None:
     sizes.balance_sd[2] += body.drill_share * abs(row.ordered_thrust)
     for k in range(3):
         sizes.balance_sd[k] += body.rope_share * (means.rope_tension[0] + means.rope_tension[1])
+    doubt.widen_balance(sizes, state.doubt)
 
 
 @njit
@@ -138,6 +139,8 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
     (12) m/rad or 1.
     """
     first, fusion = state.started == 0.0, state.fusion
+    if first:
+        state.doubt = doubt.NONE
     turning = take_means(body, state)
     expect_sizes(row, body, state)
     if first:
@@ -157,6 +160,8 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
     if body.only_pushes != 0.0:
         learn_no_pull(maps, body, state)
     fu.stay_in_sets(fusion)
+    if body.balances != 0.0:
+        state.doubt = doubt.followed(state.doubt, doubt.cost_of_balance(fusion), body)
     weights = np.zeros(fu.N)
     for leg in range(len(LEGS)):
         for axis in range(3):
@@ -378,6 +383,7 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
         state.last_force[leg, UP] = row.estimate.own[leg] = own.z[leg] = load
         bounds(leg, load, body, state, interval)
         own.z_sd[leg] = interval.sd[leg]
+    row.own_balance_doubt = max(state.doubt, doubt.NONE)
     if state.started > 0.0:
         state.started = 2.0
 

@@ -1,0 +1,86 @@
+"""How far the balance of the body is doubted: can what it asks of friction be true? Compiled.
+
+The balance holds what the cylinders measure against weight, ropes and drill as believed. The
+filter shares out what the two differ by between the friction of the vertical pistons and an error
+of the balance itself, each by how unsure it is. On a machine that is as believed, these shares are
+about as large as their standard deviations say, and their cost
+
+    d' R^-1 d + b' b
+
+    d (4)     deviation of each vertical piston's friction, over its standard deviation
+    R (4, 4)  correlation of the four
+    b (3)     error of the balance along z, about x and about y, over its standard deviation
+
+is about the number of equations. Where the machine carries a tonne that nobody declared the cost is
+many times that: all pistons would have to hide their utmost, the same way. Then the balance is
+wrong, not friction. Its standard deviation is taken larger until the cost is believable, and the
+feet's loads follow the pressures alone, with intervals as wide as friction then leaves them.
+
+The further the balance is doubted, the less cost is accepted. So a balance that is slightly off
+is kept, and one that is wrong is given up altogether: between the two it would still pull the loads
+its way. The doubt fades once the balance fits again.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from testbed.compiled import njit
+from testbed.estimation.live import fusion as fu
+from testbed.machine.names import LEGS, VERTICAL
+
+DOUBTED = (2, 3, 4)
+"""Rows of the balance (force x, y, z, moment x, y, z) that vertical cylinders make up."""
+NONE = 1.0
+"""The balance is believed."""
+MOST = 100.0
+"""Its standard deviation is taken at most so many times as large as believed (E)."""
+FASTEST = 3.0
+"""Within `doubt_time` the doubt grows or fades at most by e to this power (E)."""
+LEAST_COST = 1.0e-6
+"""A smaller cost counts as this one, as its logarithm is taken."""
+
+
+@njit
+def widen_balance(sizes: Any, doubt: float) -> None:
+    """Fill `doubted_sd` of fusion's Sizes: the balance's standard deviations as believed, times
+    the doubt.
+    """
+    for equation in range(len(sizes.balance_sd)):
+        sizes.doubted_sd[equation] = sizes.balance_sd[equation]
+    for equation in DOUBTED:
+        sizes.doubted_sd[equation] *= doubt
+
+
+@njit
+def cost_of_balance(fusion: Any) -> float:
+    """Sum of the squares of friction's deviations and of the balance's errors, each over its
+    standard deviation, as the filter has them now; correlated deviations count less.
+    """
+    x, sizes = fusion.x, fusion.sizes
+    squares = total = alike = 0.0
+    for leg in range(len(LEGS)):
+        piston = VERTICAL[leg]
+        deviation = x[fu.DEVIATION + piston] / sizes.spread[piston]
+        squares += deviation**2
+        total += deviation
+        alike += sizes.alike[leg] / len(LEGS)
+    common = alike / (1.0 + (len(LEGS) - 1) * alike)
+    cost = (squares - common * total**2) / (1.0 - alike)
+    for equation in DOUBTED:
+        cost += (x[fu.BALANCE + equation] / sizes.doubted_sd[equation]) ** 2
+    return float(cost)
+
+
+@njit
+def followed(doubt: float, cost: float, body: Any) -> float:
+    """The doubt after one balance at this cost: it grows while the cost is more than `doubt_cost`
+    over the doubt, and fades while it is less; BodyBelief.
+    """
+    if body.doubt_cost <= 0.0 or not math.isfinite(cost):
+        return NONE
+    rate = math.log(max(cost, LEAST_COST) * doubt / body.doubt_cost)
+    rate = min(max(rate, -FASTEST), FASTEST)
+    passed = body.every * body.decisions.dt / body.doubt_time
+    return float(min(max(doubt * math.exp(rate * passed), NONE), MOST))
