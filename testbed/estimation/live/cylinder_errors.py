@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from testbed.compiled import njit
+from testbed.estimation.live import doubt
 from testbed.estimation.live import fusion as fu
 from testbed.formats.records import SET
 from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
@@ -65,12 +66,13 @@ def leg_variance(covariance: Any, weights: Any, leg: int) -> float:
 
 @njit
 def told_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
-    """Of a leg's force that `weights` observe, N2: as much of the filter's variance as is told, and
-    the noise of a filtered load.
+    """Of a leg's force that `weights` observe, N2: as much of the filter's variance as is told (all
+    of it where the balance is doubted), and the noise of a filtered load.
     """
     share = body.told_share
     if state.axes[VERTICAL[leg]].has_slid == 0.0:
         share *= body.stuck_told
+    share = doubt.told_share(share, state.doubt)
     variance = max(leg_variance(state.fusion.p, weights, leg), 0.0)
     return float(share * share * variance + body.noise_sd * body.noise_sd)
 

@@ -74,6 +74,14 @@ def cost_of_balance(fusion: Any) -> float:
 
 
 @njit
+def told_share(share: float, doubt: float) -> float:
+    """Of the filter's standard deviation, what is told: `share` where the balance is believed, all
+    of it where it is not. What control keeps friction from hiding, the balance shows.
+    """
+    return 1.0 - (1.0 - share) / doubt
+
+
+@njit
 def followed(doubt: float, cost: float, body: Any) -> float:
     """The doubt after one balance at this cost: it grows while the cost is more than `doubt_cost`
     over the doubt, and fades while it is less; BodyBelief.
