@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 # machine. Each number has a random stream of its own: another tolerance in the file leaves all
 # other numbers as they are.
 
+WORKSHOP = "workshop"
+"""The tolerance file of a machine of which nothing else is said."""
 OF_SIZE = ("m", "kg", "N", "Pa")
 """Units in which a machine of another size errs by more or less; a gyroscope's bias is its maker's.
 """

@@ -281,7 +281,7 @@ class Model(Checked):
     tolerances: Literal["workshop", "exact"] | None = None
     """how far the machine may be from what is believed, so far as no model file says better: the
     whole-body estimate learns within these, and its intervals are as wide as they leave them;
-    exact: not at all; null: as machine.draw
+    exact: not at all; null: as machine.draw, or the workshop's
     """
 
 

@@ -19,7 +19,7 @@ from testbed.resources import scenario as scenario_path
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.events import Event, Expect, LiftFoot, Mutation, Payload, SetRope, Stop, Turn
 from testbed.scenario.feasibility import check_feasible, overruled_fields
-from testbed.scenario.machines import machines_of
+from testbed.scenario.machines import WORKSHOP, machines_of
 from testbed.scenario.parts import (
     Control,
     Estimator,
@@ -103,10 +103,11 @@ class Scenario(Checked):
 
     @property
     def tolerances(self) -> str | None:
-        """How far the machine may be from what is believed of it: a tolerance file's name; None: it
-        is as believed.
+        """How far the robot thinks that its machine may be from what is believed of it: a tolerance
+        file's name; None: it is as believed. What the world's machine is makes no difference: a
+        robot does not know that it was built to the drawing.
         """
-        chosen = self.model.tolerances or self.machine.draw
+        chosen = self.model.tolerances or self.machine.draw or WORKSHOP
         return None if chosen == "exact" else chosen
 
     @property

@@ -223,7 +223,7 @@ def tolerances_of(run: RobotRecording) -> str | None:
     """How far the recorded machine may be from what is believed; the workshop's tolerances where
     nothing is said.
     """
-    from testbed.estimation.live.uncertainty import WORKSHOP
+    from testbed.scenario.machines import WORKSHOP
 
     surveyed = run.header.surveyed
     return WORKSHOP if surveyed is None else surveyed.tolerances

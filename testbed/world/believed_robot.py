@@ -29,7 +29,7 @@ from testbed.effects.terms import Hidden
 from testbed.errors import InputError, naming
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, body_of
-from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty
+from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.formats.intervals import sd_of
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS
@@ -37,6 +37,7 @@ from testbed.machine.overridden import check_effective
 from testbed.recording.leg_model import EffectEntry, LegModel
 from testbed.recording.robot_model import RobotModelFile, is_robot_model, read_robot_model
 from testbed.robot.model import RobotModel
+from testbed.scenario.machines import WORKSHOP
 from testbed.world.undeclared import attachments_of, bodies_of, hidden_of
 
 OF_THE_BODY = tuple(

@@ -89,3 +89,10 @@ def test_a_seed_without_a_draw_is_refused() -> None:
         load_scenario("stand_slope_45", ["machine.seed=3"])
     with pytest.raises(InputError, match=r"machine\.draw.*workshop"):
         load_scenario("stand_slope_45", ["machine.draw=kitchen"])
+
+
+@pytest.mark.parametrize("draw", [[], ["machine.draw=workshop", "machine.seed=7"]])
+def test_a_robot_is_as_unsure_of_a_machine_as_drawn_up_as_of_a_drawn_one(draw: list[str]) -> None:
+    """It does not know which of the two it is; who wants it to be sure says so."""
+    assert load_scenario("stand_slope_45", draw).tolerances == "workshop"
+    assert load_scenario("stand_slope_45", [*draw, "model.tolerances=exact"]).tolerances is None

@@ -14,13 +14,13 @@ from testbed.control.gait import Measured
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import belief_of
-from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty
+from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.machine.build import build_machine
 from testbed.machine.folder import machine_folder
 from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER
 from testbed.robot.robot import Robot
-from testbed.scenario.machines import draw_machine
+from testbed.scenario.machines import WORKSHOP, draw_machine
 from testbed.simulation.residuals import residual_summary
 
 ROBOT = Robot.of(build_machine(folder=machine_folder("quarter_model")))

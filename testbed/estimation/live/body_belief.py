@@ -17,7 +17,7 @@ from testbed.estimation.live.axis import END_FORCE_N, END_ZONE_M, Decisions
 from testbed.estimation.live.believed import Leg, declared
 from testbed.estimation.live.body_records import BodyBelief
 from testbed.estimation.live.fusion import Constants
-from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty, constants
+from testbed.estimation.live.uncertainty import Uncertainty, constants
 from testbed.formats.arrays import Array
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
@@ -25,6 +25,7 @@ from testbed.machine.scale import Scale
 from testbed.recording.leg_model import EffectEntry
 from testbed.robot.linkage import Linkages
 from testbed.robot.model import RobotModel
+from testbed.scenario.machines import WORKSHOP
 
 EVEN = 1.0 / math.sqrt(3.0)
 """One standard deviation of what is anywhere in a set, as a share of the set's half width."""

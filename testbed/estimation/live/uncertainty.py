@@ -22,8 +22,6 @@ from testbed.machine.names import AXES, SIDES
 from testbed.recording.rows import XYZ
 from testbed.scenario.machines import Tolerance, tolerances
 
-WORKSHOP = "workshop"
-"""The tolerance file of a machine of which nothing else is said."""
 CHAMBER_PA = 4.0e6
 """About what stands in a chamber under load (E), on ROBOCLIMBER: what a sensor's gain makes of it
 counts as its zero.
