@@ -48,6 +48,12 @@ def columns() -> dict[str, np.ndarray]:
     }
 
 
+def quoted(table: str, separator: str) -> str:
+    """Every cell of a table in quotes, as spreadsheets write them."""
+    rows = [line.split(separator) for line in table.splitlines()]
+    return "\n".join(",".join(f'"{cell}"' for cell in row) for row in rows)
+
+
 def text(separator: str, comma: bool = False, head: str = "", units: bool = False) -> str:
     names = list(columns())
     lines = [head + separator.join(names)]
@@ -93,8 +99,17 @@ def differing(recording: Recording) -> list[str]:
         text("   "),
         text("|", head="# a logger's remark\n% another\n\n"),
         text(";", comma=True, head="# Grüße\n", units=True),
+        quoted(text(";", comma=True), ";"),
     ],
-    ids=["comma", "decimal comma", "tab", "spaces", "comments", "units below the names"],
+    ids=[
+        "comma",
+        "decimal comma",
+        "tab",
+        "spaces",
+        "comments",
+        "units below the names",
+        "decimal commas within quotes",
+    ],
 )
 def test_a_text_table_of_any_separator(table: str, tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(table, encoding="latin-1")
@@ -107,6 +122,40 @@ def test_a_text_in_utf_16_is_read_as_such(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(text("\t", comma=True), encoding="utf-16")
     import_file(tmp_path / "log.csv", given_map(tmp_path), tmp_path / "out")
     assert not differing(read_recording(tmp_path / "out"))
+
+
+def test_a_name_within_quotes_may_hold_the_separator(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(quoted(text(";"), ";").replace('"F"', '"F, of the cell"'))
+    said = given_map(tmp_path, MAP.replace("column: F,", "column: 'F, of the cell',"))
+    import_file(tmp_path / "log.csv", said, tmp_path / "out")
+    assert not differing(read_recording(tmp_path / "out"))
+
+
+def test_times_of_day_in_a_text_become_seconds_to_their_last_digit(tmp_path: Path) -> None:
+    lines = text(",").splitlines()
+    for row, since in enumerate(TIME, 1):
+        clock = f"09:59:{58.0 + since:06.3f}" if since < 2.0 else f"10:00:{since - 2.0:06.3f}"
+        lines[row] = ",".join([clock, *lines[row].split(",")[1:]])
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    in_s = given_map(tmp_path, MAP.replace("unit: ms", "unit: s"))
+    import_file(tmp_path / "log.csv", in_s, tmp_path / "out")
+    assert not differing(read_recording(tmp_path / "out"))
+
+
+def test_a_cell_that_says_that_it_has_no_number_is_missing_and_another_word_is_named(
+    tmp_path: Path,
+) -> None:
+    lines = text(",").splitlines()
+    cells = lines[50].split(",")
+    for number, word in enumerate(("N/A", "#N/A", "#NV", "")):
+        lines[50] = ",".join([*cells[:2], word, *cells[3:]])
+        (tmp_path / "log.csv").write_text("\n".join(lines))
+        found = import_file(tmp_path / "log.csv", given_map(tmp_path), tmp_path / f"{number}")
+        assert "is not a number" in {finding.what for finding in found.findings}
+    lines[50] = ",".join([*cells[:2], "OVER", *cells[3:]])
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    with pytest.raises(InputError, match="'p' is not numbers: 'OVER' in row 50"):
+        import_file(tmp_path / "log.csv", given_map(tmp_path), tmp_path / "out")
 
 
 def test_a_table_without_names_has_numbered_columns(tmp_path: Path) -> None:
