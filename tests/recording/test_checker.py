@@ -115,6 +115,26 @@ def test_a_foot_of_two_kilograms_is_checked_by_its_own_scale(
     assert [f.channel for f in found if f.severity != "note"] == ([channel] if channel else [])
 
 
+def test_a_foot_that_reads_a_load_in_the_air_is_told(tmp_path: Path) -> None:
+    """A zero of three tenths of the load, either way; friction of a twentieth is none."""
+    carries = np.arange(600) % 200 > 60
+    noise = np.random.default_rng(0).normal(0.0, 0.3, 600)
+    for zero, told in ((6.0, True), (-6.0, True), (1.0, False)):
+        force = np.where(carries, 20.0, 0.0) + zero + noise
+        checked = check_recording(foot(tmp_path / f"{zero:g}", force, carries.astype(float)))
+        said = [f.what for f in checked.findings if f.severity == "warning"]
+        assert checked.usable and said == ["reads a load in the air"] * told
+
+
+def test_forces_that_detect_bridges_leave_a_foot_usable(tmp_path: Path) -> None:
+    carries = np.arange(600) % 200 > 60
+    force = np.where(carries, 20.0, 0.0) + np.random.default_rng(0).normal(0.0, 0.3, 600)
+    force[100:103] = np.nan
+    checked = check_recording(foot(tmp_path / "foot", force, carries.astype(float)))
+    assert checked.usable
+    assert [(f.severity, f.what) for f in checked.findings] == [("warning", "is not a number")]
+
+
 def robot(folder: Path) -> Path:
     shutil.copytree(SAMPLES / "robot", folder)
     return folder

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from testbed.recording.checker.balance import (
 from testbed.recording.checker.clock import OTHER_UNIT, check_clock, rising
 from testbed.recording.checker.finding import Checked, Finding, sorted_findings
 from testbed.recording.checker.flow import check_flow
+from testbed.recording.checker.foot_force import check_foot
 from testbed.recording.checker.gains import check_gains
 from testbed.recording.checker.late import check_late
 from testbed.recording.checker.motion import even
@@ -50,9 +52,6 @@ STEEL_KG_M3, OF_STEEL = 7850.0, 0.1
 """Density of a rod, and the share of a solid one's weight that no moving mass stays below."""
 LONGEST_STROKE_M, BEYOND_STROKE = 20.0, 1.05
 """No cylinder is longer; and the share of a declared stroke that a position may span."""
-NEAR_LOAD = 0.1, 20.0
-"""Shares of the nominal load between which strong forces may lie."""
-
 SUPPLY_UNITS = {1e5: "bar", 1e3: "kPa", 1e6: "MPa", 6894.76: "psi"}
 SHORTEST_M = -0.02
 """A robot's cylinder whose encoder reads less is turned round; a zero is seldom off by so much."""
@@ -91,7 +90,7 @@ def _as_a_reader(raw: Raw, folder: Path) -> Iterator[Finding]:
     """What the reader itself refuses, where nothing else was found."""
     read: Callable[[Path], object] = read_recording
     if raw.rig in ("foot", "robot"):
-        read = read_foot if raw.rig == "foot" else read_robot
+        read = partial(read_foot, missing=True) if raw.rig == "foot" else read_robot
     try:
         read(folder)
         if raw.machine is not None:
@@ -131,7 +130,7 @@ def _values(raw: Raw) -> Iterator[Finding]:
     if raw.machine is not None:
         yield from _robot(raw)
     elif isinstance(raw.header, FootHeader) and "force" in raw.series:
-        yield from _foot(raw, raw.header)
+        yield from check_foot(raw, raw.header)
     elif isinstance(raw.header, Header):
         yield from _axis(raw, raw.header)
 
@@ -308,39 +307,6 @@ def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
             f"{position[0]:.6g} m in all rows",
             "good for a leg that is pressed on a load cell; shows nothing about friction",
         )
-
-
-def _foot(raw: Raw, header: FootHeader) -> Iterator[Finding]:
-    force = raw.series["force"]
-    strong = float(np.quantile(np.abs(force), 0.95))
-    if strong and float(np.median(force[np.abs(force) > 0.3 * strong])) < 0.0:
-        yield Finding(
-            "error",
-            "force",
-            "its sign is turned round",
-            f"most strong forces are negative, 95 % within {strong:.4g} N",
-            "turn its sign: + is pressed on the ground",
-        )
-    nominal = header.known.nominal_load_n
-    if nominal is not None and not NEAR_LOAD[0] < strong / nominal < NEAR_LOAD[1]:
-        yield Finding(
-            "error",
-            "force",
-            "has another scale than the nominal load",
-            f"95 % within {strong:.4g} N, nominal load {nominal:g} N",
-            "declare the unit that the column is in (kN?)",
-        )
-    contact = raw.series.get("contact")
-    if contact is not None and len(np.unique(contact)) == 2:
-        loaded, lifted = force[contact == contact.max()], force[contact == contact.min()]
-        if abs(np.mean(loaded)) < abs(np.mean(lifted)):
-            yield Finding(
-                "error",
-                "contact",
-                "is turned round",
-                f"{np.mean(loaded):.4g} N where it carries, {np.mean(lifted):.4g} N where it does not",
-                "exchange its two values: the larger one means that the foot carries",
-            )
 
 
 def _robot(raw: Raw) -> Iterator[Finding]:
