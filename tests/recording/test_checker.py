@@ -152,6 +152,53 @@ def test_a_robot_is_checked_axis_by_axis(tmp_path: Path) -> None:
     assert "fl_vertical" not in channels
 
 
+def test_a_supply_that_follows_the_load_is_measured_by_what_it_rises_to(tmp_path: Path) -> None:
+    """A pump that idles at 20 bar and gives 95 for a tenth of the time, to a cylinder that takes
+    90.
+    """
+    sample = load(robot(tmp_path / "sound"))
+    works = np.arange(len(sample.columns["t"])) % 100 < 10
+    noise = np.random.default_rng(0).normal(0.0, 3.0e3, works.size)
+    sample.columns["supply_pressure"] = np.where(works, 9.5e6, 2.0e6) + noise
+    sample.columns["pressure_b_fl_rotation"] = np.where(works, 9.0e6, 1.0e6) + noise
+    found = check_recording(sample.write(tmp_path / "idling"))
+    assert [f.what for f in found.findings if "scale than the supply" in f.what] == []
+    sample.columns["supply_pressure"] /= 1e5
+    found = check_recording(sample.write(tmp_path / "in_bar"))
+    assert any("scale than the supply" in f.what for f in found.findings)
+
+
+@pytest.mark.parametrize(
+    ("factors", "named"),
+    [
+        ({"attitude_pitch": -1.0}, "attitude_pitch"),
+        ({"specific_force_z": -1.0}, "specific_force_z"),
+        ({f"specific_force_{axis}": -1.0 for axis in "xyz"}, "specific_force"),
+        ({f"specific_force_{axis}": 1.0 / 9.81 for axis in "xyz"}, "specific_force"),
+        ({"specific_force_y": None}, "specific_force_x"),
+        ({}, None),
+    ],
+    ids=["pitch", "z", "all three", "in g0", "one is missing", "sound"],
+)
+def test_attitude_and_specific_force_have_to_agree_on_where_down_is(
+    factors: dict[str, float | None], named: str | None, tmp_path: Path
+) -> None:
+    """Of a robot that leans back by 0.77 rad: its x feels 9.81 sin(0.77) m/s2, its z the rest."""
+    sample = load(robot(tmp_path / "sound"))
+    sample.columns["attitude_pitch"] -= 0.77
+    upwards = sample.columns["specific_force_z"].copy()
+    sample.columns["specific_force_x"] += upwards * np.sin(0.77)
+    sample.columns["specific_force_z"] = upwards * np.cos(0.77)
+    for name, factor in factors.items():
+        if factor is None:
+            del sample.columns[name], sample.head["channels"][name]
+        else:
+            sample.columns[name] *= factor
+    found = check_recording(sample.write(tmp_path / "turned")).findings
+    of_unit = [f for f in found if f.channel.startswith(("attitude", "specific_force"))]
+    assert [f.channel for f in of_unit] == ([] if named is None else [named])
+
+
 @pytest.mark.parametrize(("held_n", "usable"), [(400.0, True), (4000.0, False)])
 def test_a_leg_at_rest_may_bear_what_its_seals_hold_and_no_more(
     held_n: float, usable: bool, tmp_path: Path
