@@ -168,6 +168,16 @@ def test_a_supply_that_follows_the_load_is_measured_by_what_it_rises_to(tmp_path
     assert any("scale than the supply" in f.what for f in found.findings)
 
 
+def test_a_supply_that_idles_while_a_valve_holds_the_load_is_no_other_scale(tmp_path: Path) -> None:
+    """Half of what the strongest cylinder holds; in bar it is another unit all the same."""
+    sample = load(robot(tmp_path / "sound"))
+    held = max(np.quantile(v, 0.99) for n, v in sample.columns.items() if n.startswith("pressure_"))
+    for divisor, said in ((1.0, False), (1e5, True)):
+        sample.columns["supply_pressure"] = np.full(len(sample.columns["t"]), 0.5 * held / divisor)
+        found = check_recording(sample.write(tmp_path / f"{divisor:g}")).findings
+        assert any("scale than the supply" in f.what for f in found) == said
+
+
 @pytest.mark.parametrize(
     ("factors", "named"),
     [
@@ -197,6 +207,29 @@ def test_attitude_and_specific_force_have_to_agree_on_where_down_is(
     found = check_recording(sample.write(tmp_path / "turned")).findings
     of_unit = [f for f in found if f.channel.startswith(("attitude", "specific_force"))]
     assert [f.channel for f in of_unit] == ([] if named is None else [named])
+
+
+@pytest.mark.parametrize(("factor", "usable"), [(0.5, True), (2.0, True), (1e-3, False)])
+def test_legs_may_load_each_other_across_their_diagonal_and_not_in_another_unit(
+    factor: float, usable: bool, tmp_path: Path
+) -> None:
+    sample = load(robot(tmp_path / "sound"))
+    for leg in ("fl", "rr"):
+        sample.columns[f"expected_{leg}"] *= factor
+    assert check_recording(sample.write(tmp_path / "shared")).usable == usable
+
+
+def test_after_a_fall_no_sensor_is_blamed(tmp_path: Path) -> None:
+    """Expected are the loads of a robot that lies on its side from the middle on."""
+    sample = load(robot(tmp_path / "sound"))
+    fallen = np.arange(len(sample.columns["t"])) >= len(sample.columns["t"]) // 2
+    sample.columns["attitude_roll"] += 1.4 * fallen
+    for name in ("specific_force_y", "specific_force_z"):
+        sample.columns[name][fallen] = 9.81 * (np.sin(1.4) if name.endswith("y") else np.cos(1.4))
+    for leg in ("fl", "fr", "rl", "rr"):
+        sample.columns[f"expected_{leg}"][fallen] *= 20.0
+    found = check_recording(sample.write(tmp_path / "fallen")).findings
+    assert not any("vertical" in f.channel or "expected" in f.channel for f in found)
 
 
 @pytest.mark.parametrize(("held_n", "usable"), [(400.0, True), (4000.0, False)])

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from testbed.formats.arrays import Array
+from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.recording.checker.finding import Finding
 from testbed.recording.checker.raw import Raw
@@ -19,6 +19,8 @@ STEADY = 0.1
 """Share of gravity by which the specific force of a robot that does not fall may differ from it."""
 MOSTLY = 0.5
 """Share of the rows that have to be steady."""
+FALLEN_RAD = 0.35
+"""A body that has turned by so much since the first row has fallen (E)."""
 APART_DEG, ALIKE_DEG = 10.0, 4.0
 """Angle between both directions that is an error, and one that explains it (E)."""
 
@@ -48,7 +50,7 @@ def check_inertial(raw: Raw) -> Iterator[Finding]:
             "specific_force",
             "is not that of a robot that stands or walks",
             f"mostly {usual:.4g} m/s2, gravity is {GRAVITY_M_S2:g} m/s2",
-            "declare unit g0 if the column is in it; it falls, or the sensor is dead, otherwise",
+            "declare unit g0 if the column is in it; it falls or slides, or the sensor is dead, otherwise",
         )
         return
     felt = np.median(felt[steady], axis=0)
@@ -58,6 +60,17 @@ def check_inertial(raw: Raw) -> Iterator[Finding]:
     apart = _between_deg(felt, at_rest(roll, pitch))
     if apart > APART_DEG:
         yield _disagreeing(felt, roll, pitch, apart)
+
+
+def upright(raw: Raw) -> Flags:
+    """The rows (n,) until the body has turned by more than a robot on its feet does: what it does
+    after a fall has nothing to do with the loads that control expects.
+    """
+    turned = np.zeros(len(raw.time_s))
+    for name in ANGLES:
+        if name in raw.series:
+            turned = np.maximum(turned, np.abs(raw.series[name] - raw.series[name][0]))
+    return np.asarray(np.cumsum(turned > FALLEN_RAD) == 0)
 
 
 def at_rest(roll: float, pitch: float) -> Array:
