@@ -1,0 +1,33 @@
+"""Pages on a phone: cards have no first row, so each of their cells says its own head."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import testbed
+
+ROOT = Path(testbed.__file__).parent
+TEMPLATES = {
+    path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+    for path in sorted(ROOT.rglob("*.html.j2"))
+}
+CARDS = re.compile(r'<table class="cards">(.*?)</table>', re.DOTALL)
+
+
+def test_the_widest_tables_are_cards() -> None:
+    wide = ("report/commission.html.j2", "report/loop.html.j2", "report/diagnosis.html.j2")
+    wide += ("report/robot_diagnosis.html.j2", "benchmarks/contact_loss/page.html.j2")
+    assert all(CARDS.search(TEMPLATES[name]) for name in wide)
+
+
+@pytest.mark.parametrize("name", [name for name in TEMPLATES if CARDS.search(TEMPLATES[name])])
+def test_every_cell_of_a_card_but_its_title_says_its_head(name: str) -> None:
+    for table in CARDS.findall(TEMPLATES[name]):
+        _, *rows = re.split(r"<tr[^>]*>", table)[1:]
+        assert rows
+        for row in rows:
+            _, *cells = re.findall(r"<td[^>]*>", row.replace("{{ '", "").replace("' }}", ""))
+            assert cells and all("data-head=" in cell for cell in cells), row
