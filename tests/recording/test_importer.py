@@ -259,6 +259,44 @@ def test_mcap_of_two_topics_at_different_times(tmp_path: Path) -> None:
     assert recording.reference_force_n[4:19] == pytest.approx(LOAD[5:20], rel=1e-3)
 
 
+def test_what_switches_and_what_is_held_keeps_its_value_until_the_next_message(
+    tmp_path: Path,
+) -> None:
+    """A contact and a valve's command at a half and a fifth of the force's rate."""
+    writer_module = pytest.importorskip("mcap.writer")
+    path = tmp_path / "log.mcap"
+    carries, command = TIME % 1.0 < 0.6, np.round(np.sin(TIME), 2)
+    with path.open("wb") as stream:
+        writer = writer_module.Writer(stream)
+        writer.start()
+        schema = writer.register_schema(name="any", encoding="jsonschema", data=b"{}")
+        topics = [
+            writer.register_channel(name, message_encoding="json", schema_id=schema)
+            for name in ("/axis", "/foot", "/valve")
+        ]
+        for k in range(N):
+            rows = [
+                {"x": POSITION[k], "p": PRESSURE[k]},
+                {"on": bool(carries[k])},
+                {"u": command[k]},
+            ]
+            for topic, row, every in zip(topics, rows, (1, 2, 5), strict=True):
+                if k % every == 0:
+                    writer.add_message(topic, 10**7 * k, json.dumps(row).encode(), 10**7 * k)
+        writer.finish()
+    said = (
+        "rig: cylinder\ntime: {column: log_time, unit: ns}\nknown: {bore_m: 0.07}\n"
+        "position: {column: /axis.x, unit: m}\npressure_a: {column: /axis.p, unit: Pa}\n"
+        "valve_command: {column: /valve.u, unit: '1'}\nfoot_on: {column: /foot.on, unit: '1'}\n"
+    )
+    import_file(path, given_map(tmp_path, said), tmp_path / "out")
+    recording = read_recording(tmp_path / "out")
+    row = np.round(100.0 * recording.time_s).astype(int)
+    np.testing.assert_array_equal(recording.valve_command, command[5 * (row // 5)])
+    np.testing.assert_array_equal(recording.extra["foot_on"] > 0.5, carries[2 * (row // 2)])
+    assert set(np.unique(recording.extra["foot_on"])) == {0.0, 1.0}
+
+
 @pytest.mark.parametrize(
     ("messages", "rows"),
     [
@@ -281,7 +319,7 @@ def test_topics_that_never_speak_side_by_side_are_refused(tmp_path: Path) -> Non
     owner, times = {"/a.x": "/a", "/a.y": "/a", "/b.z": "/b"}, {"/a": [0, 1, 2], "/b": [5, 6]}
     found = {"/a.x": [0.0] * 3, "/a.y": [0.0] * 3, "/b.z": [0.0] * 2}
     with pytest.raises(InputError, match="'/a' and '/b' have no time in common"):
-        _aligned(found, owner, times, times, tmp_path)
+        _aligned(found, owner, times, times, (), tmp_path)
 
 
 def test_a_foot(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import io
 import os
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,9 +43,10 @@ _TIME_OF_DAY = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d+))?")
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
-def read_any(path: Path, wanted: Mapping[str, str]) -> dict[str, Array]:
+def read_any(path: Path, wanted: Mapping[str, str], held: Collection[str] = ()) -> dict[str, Array]:
     """The `wanted` columns (n,), name -> the map's unit, of a CSV, Parquet or MCAP file; a cell
-    that is empty or no number is NaN.
+    that is empty or says that it has no number (MISSING) is NaN. `held`: columns that keep their
+    value until the next message, where an MCAP has them in another topic than most.
 
     Raises InputError: no such file, an ending that is not known, a column that is not there, dates
     or times of day in another unit than s.
@@ -53,7 +54,7 @@ def read_any(path: Path, wanted: Mapping[str, str]) -> dict[str, Array]:
     if not path.is_file():
         raise InputError("no such file", file=path, allowed=ENDINGS)
     if path.suffix == ".mcap":
-        return read_mcap(path, wanted)
+        return read_mcap(path, wanted, held)
     if path.suffix == ".parquet":
         names, table = open_series(path, wanted)
     elif path.suffix in (".csv", ".tsv", ".txt", ".dat"):
@@ -223,6 +224,8 @@ def _times_of_day(cells: list[str | None]) -> Any:
 
 FIELDS = ("rig", "known", REFERENCE, "sample_rate_hz", "description", "source", "licence")
 """What of a map goes into recording.yaml as it is; every other key is a quantity."""
+HELD = ("valve_", "contact", "carrying_")
+"""How quantities begin that hold between samples."""
 ROBOTS = ("surveyed", "scenario", "seed", "task")
 
 
@@ -267,7 +270,8 @@ def import_file(file: str | Path, map_file: str | Path, out: str | Path) -> Find
     wanted = {source.column: source.unit for source in sources.values()}
     if reference is not None and reference.column:
         wanted.setdefault(reference.column, reference.unit or "N")
-    raw = read_any(file, wanted)
+    held = {s.column for name, s in sources.items() if name.startswith(HELD)}
+    raw = read_any(file, wanted, held)
     columns = {name: _converted(raw[source.column], source) for name, source in sources.items()}
     if reference is not None and reference.column:
         columns[REFERENCE] = _converted(raw[reference.column], reference)
