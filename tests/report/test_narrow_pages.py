@@ -31,3 +31,16 @@ def test_every_cell_of_a_card_but_its_title_says_its_head(name: str) -> None:
         for row in rows:
             _, *cells = re.findall(r"<td[^>]*>", row.replace("{{ '", "").replace("' }}", ""))
             assert cells and all("data-head=" in cell for cell in cells), row
+
+
+def test_a_table_of_many_columns_becomes_cards_and_one_of_few_stays_a_table() -> None:
+    from jinja2 import Environment, FileSystemLoader
+
+    macros = Environment(loader=FileSystemLoader(ROOT / "report"), autoescape=True)
+    module = macros.get_template("macros.html.j2").module
+    for macro in (module.table, module.plain_table):  # type: ignore[attr-defined]
+        many = str(macro({"heads": list("abcdef"), "rows": [list("123456")]}))
+        assert 'class="cards"' in many
+        heads = dict(re.findall(r'data-head="(\w)"[^>]*>(\d)', many))
+        assert heads | {"a": "1"} == dict(zip("abcdef", "123456", strict=True))
+        assert 'class="cards"' not in str(macro({"heads": list("abc"), "rows": [list("123")]}))
