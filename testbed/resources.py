@@ -53,12 +53,12 @@ def sweep(name: str | Path) -> Path:
         found = shipped / f"{given.stem}.yaml"
         if found.is_file():
             return found
-    raise _none_of("sweep", name, shipped)
+    raise _none_of("sweep", name, shipped, ", or a scenario with --vary")
 
 
-def _none_of(kind: str, name: str | Path, shipped: Path) -> InputError:
+def _none_of(kind: str, name: str | Path, shipped: Path, more: str = "") -> InputError:
     """What is said of a name that is neither a file nor one of those shipped in a folder."""
     names = sorted(path.stem for path in shipped.glob("*.yaml"))
     hint = did_you_mean(Path(name).stem, names)
-    allowed = f"a file, or one of {', '.join(names)}"
+    allowed = f"a file, or one of {', '.join(names)}{more}"
     return InputError(f"no such {kind}{hint}", file=str(name), allowed=allowed)

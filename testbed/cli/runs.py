@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from testbed.scenario.scenario import Scenario
     from testbed.workflows.live import Live
 
-Out = Annotated[Path | None, typer.Option(help="Output folder. [runs/<name>-<seed>]")]
+Out = Annotated[
+    Path | None,
+    typer.Option(help="Output folder; an earlier run in it is replaced. [runs/<name>-<seed>]"),
+]
 
 
 @spread

@@ -1,9 +1,9 @@
-"""The sockets of motion: a gait says where joints and ropes go, layers change what it says.
+"""The interfaces of motion control: a gait commands joints and ropes, layers modify its command.
 
     command = gait.command(t, dt, measured)
     for layer in layers: command = layer.over(command, t, dt, measured)
 
-Both are asked once a tick (100 Hz) and see measurements alone.
+Both are called once a tick (100 Hz) and get measurements only.
 """
 
 from __future__ import annotations
@@ -23,37 +23,37 @@ from testbed.robot.model import RobotModel
 from testbed.robot.robot import LegKinematics, Robot
 
 REST_1_S = 1.0e-7
-"""A set point that moves slower than this, rad/s or m/s, rests: the valve loop may close its
+"""A set point slower than this, rad/s or m/s, counts as resting: the valve loop may then close its
 valve.
 """
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Command:
-    """What control wants of the machine during the tick from t to t + dt: set points, ropes, stance
-    and drill. A value that nobody changes afterwards; arrays are copied and cannot be written to.
+    """A command for the tick from t to t + dt: set points, ropes, stance and drill. Immutable; its
+    arrays are read-only copies.
 
-    A gait returns one, layers make another of it, and the loop alone turns it into moving set
-    points. Returning the same object again says that nothing has changed.
+    A gait returns a command, each layer returns a new one, and the simulation loop alone turns the
+    last one into moving set points. Returning the same object again means that nothing has changed.
     """
 
     joints: Array
-    """(12) where the set points of the joints' position loops are to be at the end of the tick:
-    AXES order, rad (rotation) and m."""
+    """(12) set points of the joints' position loops at the end of the tick, AXES order, rad
+    (rotation) and m."""
     joint_rates: Array | None = None
-    """(12) how fast they move during the tick, rad/s and m/s; they then come from `joints -
-    joint_rates * dt`. None: steadily from where the last command left them, which is what a motion
-    wants. Feedback on forces sets it."""
+    """(12) rates of the set points during the tick, rad/s and m/s; they then start from `joints -
+    joint_rates * dt`. None, the usual case: they move at a constant rate from where the last
+    command left them. Force feedback sets it."""
     rope_rates_m_s: Array = field(default_factory=lambda: np.zeros(len(SIDES)))
     """(2) rate of the ropes' unstrained lengths, left and right: negative hauls in."""
     stance: Flags = field(default_factory=lambda: np.ones(len(LEGS), dtype=bool))
-    """(4) which feet are meant to carry, LEGS order; the others swing."""
+    """(4) whether each foot is meant to carry load, LEGS order; the others swing."""
     hold_drill: bool = False
-    """The drill is to stop pushing, pulling and turning, and to wait."""
+    """True: the drill stops pushing, pulling and turning, and waits."""
     feed_n: float | None = None
-    """Feed that the drill is to push with while it drills, N; None: what its task says."""
+    """Feed force of the drill while it drills, N; None: that of its task."""
     hammer: float = 1.0
-    """Share of a blow's energy that the hammer is to strike with, 0 to 1."""
+    """Energy of the hammer's blows, as a share of the full one, 0 to 1."""
 
     def __post_init__(self) -> None:
         """Copy and freeze the arrays."""
@@ -64,8 +64,8 @@ class Command:
         object.__setattr__(self, "stance", _frozen(self.stance, np.bool_))
 
     def moved(self, offset: Array, offset_rate: Array) -> Command:
-        """The same with set points `offset` (12) further at the end of the tick, an offset that
-        grew at its rate.
+        """The same command with `offset` (12) added to the set points at the end of the tick, and
+        `offset_rate` (12) to their rates where these are given.
         """
         rates = self.joint_rates
         return replace(
@@ -76,17 +76,15 @@ class Command:
 
 
 class SetPoints:
-    """Where the set points of the position loops stand, moved by commands: the one place that adds
-    up their rates.
-    """
+    """The set points of the position loops; nothing else integrates their rates."""
 
     def __init__(self, joints: Array) -> None:
         self.joints: Array = np.array(joints, dtype=np.float64)
         """(12) at the end of the last tick."""
 
     def follow(self, command: Command, dt: float) -> tuple[Array, Array]:
-        """Move on by a tick of dt s: where the set points begin it (12), and their rates during it
-        (12).
+        """Advance by a tick of dt s; returns the set points (12) at its start, and their rates (12)
+        during it.
         """
         rates = command.joint_rates
         if rates is not None:
@@ -100,7 +98,7 @@ class SetPoints:
 
 
 def along_vertical(per_leg: ArrayLike) -> Array:
-    """(12) joints that are zero but for the vertical ones, which take `per_leg` (4)."""
+    """(12) joints: `per_leg` (4) at the vertical ones, zero elsewhere."""
     out = np.zeros(len(AXES))
     out[2::3] = per_leg
     return out
@@ -115,8 +113,8 @@ def _frozen(values: ArrayLike, kind: type = np.float64) -> NDArray[np.generic]:
 
 
 class Measured:
-    """What control may look at: one tick's row of readings, estimates and control's own last
-    orders, by name; a copy that stays as it is when the next tick comes.
+    """What control may use: the readings, estimates and last commands of one tick, by name; a copy,
+    which the next tick does not change.
 
     The names are those of the recording (recording/rows.py), so that whatever runs live runs over
     a recording as well. Every field of DataRow is an attribute; declared here are those that are

@@ -11,6 +11,7 @@ from testbed.effects.parameter_spec import ParameterSpec
 from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Observed, Signals, Values
 from testbed.formats.arrays import Array
+from testbed.recording.known import Known
 
 PHASE_HOLDS_S = 3.5
 """Time in which the phase of the narrow band counts as one number."""
@@ -22,6 +23,12 @@ CLIPPED_AT = 4.0
 SPECTRUM_SIZE = 1 << 17
 NEIGHBOURS = 151
 """Points of the grid among which a line has to stand out: 3 Hz."""
+RINGING = 0.8, 1.15
+"""Shares of the oil's natural frequencies between which a leg rings by itself: air makes its oil
+softer, a mass that hangs on elastically lighter (E).
+"""
+POSITIONS = 9
+"""Extensions at which the natural frequency is asked for."""
 
 
 def force_n(time_s: float, amplitude: float, frequency: float, phase_rad: float = 0.0) -> float:
@@ -116,12 +123,47 @@ def strongest_line(observed: Observed) -> tuple[float, float]:
         power += np.where(grid < 0.45 / residual.bin_s, share, 0.0) * good.sum()
         weight += float(good.sum())
     # A line stands out of its own neighbourhood, not out of a spectrum that falls with frequency.
-    at = int(np.argmax(power / np.maximum(_neighbourhood(power), 1e-30)))
+    standing_out = power / np.maximum(_neighbourhood(power), 1e-30)
+    low, high = _ringing_hz(observed)
+    at = int(np.argmax(np.where((grid > low) & (grid < high), 0.0, standing_out)))
     amplitude = float(np.sqrt(power[at] / max(weight, 1.0)))
     first = observed.residual[0]
     damped = np.exp(-0.5 * (2.0 * np.pi * grid[at] * first.smoothing_s) ** 2)
     attenuation = float(np.sinc(grid[at] * first.bin_s) * damped)
     return float(grid[at]), max(amplitude / max(attenuation, 0.2), 1.0)
+
+
+def _ringing_hz(observed: Observed) -> tuple[float, float]:
+    """Frequencies between which the mass swings on its own oil, Hz; (0, 0) where the oil is not
+    declared.
+
+    What is left of the force there is the mass' inertia: it swings by less than its encoder counts,
+    so that nobody can tell a force on the piston from it.
+    """
+    known = observed.known
+    if not (known.declares_flow and known.moving_mass_kg) or observed.kind == "robot":
+        return 0.0, 0.0
+    stroke = known.stroke_m or 0.0
+    moved = np.clip(observed.position_m, 0.02 * stroke, 0.98 * stroke)
+    first, last = np.percentile(moved, [2.0, 98.0])
+    natural = [
+        natural_frequency_hz(known, float(position))
+        for position in np.linspace(first, last, POSITIONS)
+    ]
+    return RINGING[0] * min(natural), RINGING[1] * max(natural)
+
+
+def natural_frequency_hz(known: Known, position_m: float) -> float:
+    """Frequency of the mass on the oil of both closed chambers, sqrt(k / m) / (2 pi), Hz:
+    k = bulk modulus (A_A^2 / V_A + A_B^2 / V_B) at an extension within the stroke.
+    """
+    oil_a = (known.dead_volume_a_m3 or 0.0) + known.area_a_m2 * position_m
+    oil_b = (known.dead_volume_b_m3 or 0.0) + known.area_b_m2 * (
+        (known.stroke_m or 0.0) - position_m
+    )
+    per_modulus = known.area_a_m2**2 / oil_a + known.area_b_m2**2 / oil_b
+    stiffness = (known.bulk_modulus_pa or 0.0) * per_modulus
+    return math.sqrt(stiffness / (known.moving_mass_kg or math.inf)) / (2.0 * math.pi)
 
 
 def _neighbourhood(power: Array) -> Array:

@@ -112,7 +112,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
                 "no such mode", field="render_mode", value=render_mode, allowed="human, rgb_array"
             )
         check_one_of(observations, ("flat", "dict"), "observations", "no such form")
-        if step_ms < TICK_MS or step_ms % TICK_MS:
+        if not isinstance(step_ms, int | float) or step_ms < TICK_MS or step_ms % TICK_MS:
             raise InputError(
                 "must be whole control ticks",
                 field="step_ms",
@@ -120,14 +120,11 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
                 allowed="10, 20, 30, ..",
             )
         self.render_mode = render_mode
-        self._scenario, self._overrides, self._duration_s = (
-            scenario,
-            list(overrides or ()),
-            duration_s,
-        )
+        loaded = load_scenario(scenario, overrides or [], duration=duration_s)
+        self._scenario, self._duration_s = scenario, duration_s
+        self._overrides = list(overrides or ())
         self._step_s = step_ms / 1000.0
         self._by_name = observations == "dict"
-        loaded = load_scenario(scenario, self._overrides, duration=duration_s)
         believed = machines_of(loaded).belief
         self.scale = believed.scale
         """The machine's size, with which ranges and rewards go."""

@@ -62,6 +62,13 @@ def named_set(chosen: str | Mapping[str, Any] | None, scale: Scale = ROBOCLIMBER
     if isinstance(chosen, str):
         check_one_of(chosen, sets(), "randomisation", "no such set")
         return {path: _grown(path, how, scale) for path, how in sets()[chosen].items()}
+    if not isinstance(chosen, Mapping):
+        raise InputError(
+            "cannot be used",
+            field="randomisation",
+            value=chosen,
+            allowed="the name of a set, or a mapping: path -> how it is drawn",
+        )
     for path, how in chosen.items():
         _checked(path, how)
     return dict(chosen)

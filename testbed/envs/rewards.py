@@ -144,6 +144,10 @@ def term_weights(
 
     Raises InputError for a name that is no term, or a size that is no finite number.
     """
+    if not isinstance(given, Mapping):
+        raise InputError(
+            "cannot be used", field="weights", value=given, allowed="a mapping: term -> size"
+        )
     weights = {term.name: term.weight / scale.times(term.unit) for term in terms}
     for name, size in given.items():
         if name not in weights:

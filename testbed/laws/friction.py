@@ -8,9 +8,9 @@ below break-away):
     dz/dt = v (1 - alpha |z| k / g),
     alpha |z| k / g = (|z| k / g - s) / (1 - s) above s where z grows, else 0
 
-Its steady state is the same. Vibration below s of the break-away force then leaves a stuck seal its
-force, which the plain bristle (s = 0) gives up by and by. Over a slide z depends on the way alone
-but for g, so it relaxes exponentially and the mean force has a closed form.
+Its steady state is the same. A stuck seal then keeps its force under a vibration below the share s
+of the break-away force, whereas the plain bristle (s = 0) creeps and loses it. At a given g, z is a
+function of the distance alone: it relaxes exponentially, so the mean force has a closed form.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from testbed.compiled import njit_law
 from testbed.formats.records import Record, part, quantity
 
 SHORT_EXPONENT, SHORTEST_EXPONENT = 0.01, 1e-6
-"""Below these an approach's closed form would divide zero by zero: its series, right to 1e-10, and
-its first term.
+"""Exponents below which a series (accurate to 1e-10), or its first term, replaces the closed form,
+which would divide zero by zero.
 """
 
 STILL = 1.0e-12
-"""Share of a bristle's length below which a slide only shifts it: nothing is divided by less."""
+"""A slide shorter than this share of the bristle's length only shifts it: no division by less."""
 SMALLEST_N = 1.0e-3
-"""The bristle divides by its level: dry friction that is off is this small."""
+"""Dry friction is at least this, for the bristle is divided by its level; also if it is off."""
 
 
 class Sliding(Record):
     """Equation (4) for one direction of sliding."""
 
-    coulomb = quantity("N", "dry friction of quick sliding")
-    static = quantity("N", "what break-away adds to it")
-    stribeck_speed = quantity("m/s", "speed over which that fades")
+    coulomb = quantity("N", "dry friction at high speed")
+    static = quantity("N", "by how much break-away exceeds it")
+    stribeck_speed = quantity("m/s", "speed over which that excess decays")
     viscous = quantity("N s/m", "friction by speed, at the reference temperature")
 
 
@@ -54,8 +54,8 @@ class SealParameters(Record):
     load_coefficient = quantity("1", "dry friction by the load that presses the rod in")
     side_load_coefficient = quantity("1", "dry friction by the load across the rod, mid-stroke")
     side_load_growth = quantity("1", "how that grows along the stroke, share of its middle")
-    dwell_gain = quantity("1", "what long rest adds to break-away, share of dry friction")
-    dwell_time = quantity("s", "time in which rest adds it")
+    dwell_gain = quantity("1", "increase of break-away after long rest, share of dry friction")
+    dwell_time = quantity("s", "time constant of that increase")
     viscosity_rate = quantity("1/K", "how viscous friction falls, beside the oil's own rate")
 
 
@@ -76,8 +76,8 @@ def stribeck_level(speed: float, coulomb_n: float, static_n: float, stribeck_m_s
 
 @njit_law
 def relax(start: float, aim: float, exponent: float) -> tuple[float, float]:
-    """Value after, and mean during, an exponential approach to `aim` over `exponent` time
-    constants.
+    """Value at the end and mean of an exponential approach from `start` to `aim` over `exponent`
+    time constants.
     """
     if exponent < SHORT_EXPONENT:
         mean = 1.0 - exponent * (0.5 - exponent * (1.0 / 6.0 - exponent / 24.0))
@@ -88,8 +88,8 @@ def relax(start: float, aim: float, exponent: float) -> tuple[float, float]:
 
 @njit_law
 def bend_elastic(z: float, way: float, longest: float, elastic_share: float) -> tuple[float, float]:
-    """`bend` of the elasto-plastic contact: as a spring to the elastic share of `longest`, then
-    relaxing towards it.
+    """`bend` for the elasto-plastic contact: a spring up to the elastic share of `longest`, then an
+    exponential approach to `longest`.
     """
     length = abs(way)
     if length < STILL * longest:
@@ -108,10 +108,11 @@ def bend_elastic(z: float, way: float, longest: float, elastic_share: float) -> 
 
 @njit_law(forceinline=True)
 def bend(z: float, way: float, longest: float, elastic_share: float) -> tuple[float, float]:
-    """The bristle z (m) after, and its mean over, an even slide by `way` (m); longest: level /
-    stiffness, m. Exact.
+    """The bristle's deflection (m) after a slide by `way` (m) at constant speed from `z`, and its
+    mean during it. Exact.
 
-    Steady sliding ends at +-longest, and |z| never passes max(longest, its start).
+    longest: deflection in steady sliding, level / stiffness, m; |z| never exceeds the larger of
+    this and its start.
     """
     if elastic_share > 0.0:
         new, mean = bend_elastic(z, way, longest, elastic_share)
@@ -128,10 +129,10 @@ def bend(z: float, way: float, longest: float, elastic_share: float) -> tuple[fl
 def dwell_step(
     dwell: float, gain: float, rest_1_s: float, slide_1_s: float, dt: float
 ) -> tuple[float, float]:
-    """Ageing of the contact over dt, after and mean: towards `gain` at rest, worn off by sliding.
-    Exact.
+    """Ageing d of the contact after dt and its mean: it approaches `gain` at rest and is worn off
+    by sliding, d' = rest (gain - d) - slide d. Exact.
 
-    d' = rest (gain - d) - slide d; break-away is raised by d times the Coulomb friction.
+    Break-away is raised by d times the Coulomb friction.
     """
     rate = rest_1_s + slide_1_s
     after, mean = relax(dwell, gain * rest_1_s / rate, rate * dt)
@@ -149,17 +150,18 @@ def friction_step(
     thinning: float,
     dt: float,
 ) -> float:
-    """Mean friction of one axis over dt, N, against + rate; bristle and dwell advance.
+    """Mean friction of one axis over dt, N, positive against a positive rate. Advances the bristle
+    and the dwell in `s`.
 
-    s: SealState; p: SealParameters; rod: what moves and loads it (`rate`, `load`, `side_load`);
-    skipped: way that the contact takes before the step, m (hydraulic_step); place: extension in the
-    middle of the step from the stroke's middle, share of the stroke; pressures: sum of both
-    chambers' mean gauge pressures, Pa; thinning: what scales the viscous part.
+    s: SealState; p: SealParameters; rod: the motion and loads of the rod (`rate`, `load`,
+    `side_load`); skipped: slide of the contact before the step, m (hydraulic_step); place:
+    extension at mid-step from the middle of the stroke, share of the stroke; pressures: sum of the
+    mean gauge pressures of both chambers, Pa; thinning: factor of the viscous part.
     """
     v = rod.rate
     speed = abs(v)
-    way = p.outward if v >= 0.0 else p.inward
-    fc, fs = way.coulomb, way.static
+    side = p.outward if v >= 0.0 else p.inward
+    fc, fs = side.coulomb, side.static
     fc *= 1.0 + p.position_slope * place
     fc += p.pressure_coefficient * pressures
     pressing = rod.load if rod.load > 0.0 else 0.0
@@ -167,17 +169,17 @@ def friction_step(
     fc += p.load_coefficient * pressing + across * abs(rod.side_load)
     fc = fc if fc > SMALLEST_N else SMALLEST_N
     if p.dwell_gain > 0.0:
-        # One bristle length of sliding renews the contact.
+        # Sliding by one bristle length renews the contact.
         s.dwell, aged = dwell_step(
             s.dwell, p.dwell_gain, 1.0 / p.dwell_time, speed * p.bristle_stiffness / fc, dt
         )
         fs += fc * aged
-    level = stribeck_level(speed, fc, fs, way.stribeck_speed)
+    level = stribeck_level(speed, fc, fs, side.stribeck_speed)
     longest = level / p.bristle_stiffness
     start, slide = s.bristle, skipped + dt * rod.rate
     s.bristle, mean = bend(start, slide, longest, p.elastic_share)
     bent = s.bristle - start
-    if skipped != 0.0:  # the mean is that of the step, which begins where the skipped way ends
+    if skipped != 0.0:  # the mean is that of the step alone, which begins after the skipped slide
         mean += 0.5 * skipped * (bent / slide if abs(slide) > STILL * longest else 1.0)
     force = p.bristle_stiffness * mean + p.bristle_damping * bent / dt
-    return float(force + way.viscous * thinning * slide / dt)
+    return float(force + side.viscous * thinning * slide / dt)

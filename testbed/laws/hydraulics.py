@@ -3,12 +3,12 @@ the engine.
 
     F = pA A_A - pB A_B - (A_A - A_B) p_atm - friction + cushions and stops
 
-F pushes the rod out.
+F is positive when it pushes the rod out.
 
-The engine holds joint rates over its step, so whatever depends on command and rate alone
-(amplifier, hysteresis, spool, bristle, dwell, cushions, stops, transducers) is advanced in closed
-form; the oil of all chambers and of the supply is advanced together in substeps (chamber.py,
-supply.py).
+Joint rates are constant during a step of the engine. Everything that depends on command and rate
+alone (amplifier, hysteresis, spool, bristle, dwell, cushions, stops, transducers) is therefore
+advanced in closed form; the oil of all chambers and of the supply is integrated together, in
+substeps (chamber.py, supply.py).
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ class ChamberParameters(Record):
 
     area = quantity("m2", "piston area")
     dead_volume = quantity("m3", "volume at the end of the stroke, with its line")
-    hose_elasticity = quantity("m3/Pa", "by how much the hose widens at once; 0: stiff")
-    hose_capacity = quantity("m3/Pa", "oil that the hose takes up slowly; 0: none")
+    hose_elasticity = quantity("m3/Pa", "immediate expansion of the hose; 0: rigid")
+    hose_capacity = quantity("m3/Pa", "slow expansion of the hose; 0: none")
     from_supply = quantity("m3/(s sqrt(Pa))", "flow of the edge from the supply, fully open")
     to_tank = quantity("m3/(s sqrt(Pa))", "flow of the edge to the tank, fully open")
     leak_from_supply = quantity("m3/(s Pa)", "laminar leakage of the edge from the supply")
@@ -132,7 +132,7 @@ class AxisParameters(Record):
 
 
 class AxisState(Record):
-    """What an axis has of its past, and the forces of the last step."""
+    """The state of an axis, and the forces of its last step."""
 
     a = part(Chamber, "piston side")
     b = part(Chamber, "rod side")
@@ -143,13 +143,15 @@ class AxisState(Record):
     friction = quantity("N", "mean over the last step, against + rate")
     end_force = quantity("N", "mean of cushions and stops over the last step, along + extension")
     reached = quantity("m", "extension at the end of the last step")
-    skipped = quantity("m", "from where the step before ended to where the last one began")
+    skipped = quantity(
+        "m", "jump between the end of the previous step and the start of the last one"
+    )
     thinning = quantity("1", "viscous friction by the oil's temperature, share of the reference's")
     leaking = quantity("1", "leakage by the oil's temperature, share of the declared")
 
 
 class AxisInput(Record):
-    """What the machine does to an axis over a step."""
+    """Motion, command and loads of an axis during a step."""
 
     extension = quantity("m", "at the start of the step")
     rate = quantity("m/s", "constant over the step")
@@ -184,8 +186,8 @@ def open_valves(axes: Any, params: Any, given: Any, h: float, openings: Any) -> 
 
 @njit_law
 def sensed_load(axes: Any, openings: Any, supply: Any, unit: Any) -> float:
-    """Highest pressure of what the supply is opened to, Pa absolute: chambers and traction; 0 where
-    there is none, or no pump that senses it.
+    """Highest pressure among the chambers and traction devices connected to the supply, Pa
+    absolute; 0 if there is none, or if the pump is not load-sensing.
     """
     load = 0.0
     if unit.kind != LOAD_SENSING:
@@ -232,11 +234,11 @@ def mean_of_nodes(values: Any) -> float:
 def rod_force(
     axis: Any, p: Any, rod: Any, mean_a: float, mean_b: float, t: float, dt: float
 ) -> float:
-    """Mean force and friction of one axis over dt into axis.force, .friction and .end_force;
-    returns the way since its last step's end, m.
+    """Write the mean force, friction and end force of one axis over dt into the axis; returns the
+    jump of its extension since the end of its last step, m.
 
-    mean_a, mean_b: mean pressures of its chambers, Pa absolute; axis.thinning is that of the step;
-    t: its start, s.
+    mean_a, mean_b: mean pressures of its chambers, Pa absolute; t: start of the step, s. Uses
+    axis.thinning of this step.
     """
     x, v = rod.extension, rod.rate
     skipped = x - axis.reached
@@ -258,8 +260,8 @@ def rod_force(
 def rod_forces(
     axes: Any, params: Any, given: Any, work: Any, a: Any, b: Any, t: float, dt: float
 ) -> float:
-    """Mean force of every axis over dt from its chambers' pressures a, b (n, substeps + 1); returns
-    what friction, ends and hoses made of the rods' work, J.
+    """Mean force of every axis over dt from the pressures a, b (n, substeps + 1) of its chambers;
+    returns the work of the rods that friction, ends and hoses turned into heat, J.
     """
     rubbed = 0.0
     for index in range(axes.shape[0]):
@@ -275,8 +277,8 @@ def rod_forces(
 
 @njit_law
 def thin_oil(axes: Any, params: Any, viscosity: float, warmth: float, beyond: float) -> None:
-    """How much of the viscous friction is left at `warmth` K above its reference, into every axis's
-    `thinning`, and how much more leaks `beyond` K above the leakages' own, into `leaking`.
+    """Set two factors of every axis: `thinning` of viscous friction, `warmth` K above its reference
+    temperature, and `leaking` of leakage, `beyond` K above its own.
     """
     extra_rate = 0.0
     thinning, leaking = math.exp(-viscosity * warmth), math.exp(viscosity * beyond)
@@ -295,9 +297,10 @@ def hydraulic_step(
     """Advance all axes and the power unit by dt in `substeps`, in place.
 
     axes, params, given: arrays (n) of AxisState, AxisParameters and AxisInput; supply, unit: one
-    SupplyState and one PowerUnit. Leaves in axes[i].force the cylinder's mean force on its rod over
-    dt, with friction and ends beside it. An axis that does not start where its last step ended
-    (`reached`) first goes there at constant oil: coupling.py.
+    SupplyState and one PowerUnit. axes[i].force becomes the mean force of the cylinder on its rod
+    over dt, including friction and end force, which are also stored by themselves. An axis whose
+    extension differs from the end of its last step (`reached`) is first moved there with its oil
+    enclosed: coupling.py.
     """
     n = axes.shape[0]
     h = dt / substeps

@@ -230,8 +230,8 @@ def check_format(tree: Mapping[str, Any], path: Path) -> None:
 
 
 def check_unit(quantity: str, channel: Channel, allowed: Sequence[str], path: Path) -> None:
-    """Refuse a channel in another unit than the `allowed` ones, or whose calibration does not go
-    with its unit.
+    """Refuse a channel in another unit than the `allowed` ones, or whose calibration or range does
+    not go with its unit.
     """
     if channel.unit not in allowed:
         raise InputError(
@@ -249,6 +249,14 @@ def check_unit(quantity: str, channel: Channel, allowed: Sequence[str], path: Pa
             file=path,
             field=f"channels.{quantity}.calibration",
             allowed="unit V with a calibration, or no calibration",
+        )
+    if channel.range_pa is not None and si_unit(channel.unit) not in ("Pa", "V"):
+        raise InputError(
+            f"is given beside unit {channel.unit}, but is the range of a pressure sensor",
+            file=path,
+            field=f"channels.{quantity}.range_pa",
+            value=list(channel.range_pa),
+            allowed="a pressure in Pa or V with a range, or no range",
         )
 
 

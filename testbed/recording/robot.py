@@ -177,4 +177,13 @@ def machine_of(header: RobotHeader, file: Path) -> Machine:
     if urdf is None:
         return machine
     beside = file.parent / urdf  # an absolute path stays what it is
-    return machine.with_urdf(beside if beside.exists() else Path(urdf))
+    found = beside if beside.exists() else Path(urdf)
+    if not found.is_file():
+        raise InputError(
+            "no such file",
+            file=file,
+            field="surveyed.urdf",
+            value=urdf,
+            allowed="a URDF, its path whole or from the recording's folder",
+        )
+    return machine.with_urdf(found)

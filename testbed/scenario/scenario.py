@@ -152,7 +152,7 @@ def _name_of(path: Path) -> str:
 
 def load_scenario(
     path_or_name: str | Path,
-    overrides: list[str] | tuple[str, ...] = (),
+    overrides: Collection[str] = (),
     seed: int | None = None,
     duration: float | None = None,
 ) -> Scenario:
@@ -161,6 +161,14 @@ def load_scenario(
 
     Raises InputError (file, dotted field, value, what is allowed) for anything that cannot be used.
     """
+    if not isinstance(path_or_name, str | Path):
+        raise InputError(
+            "cannot be used", field="scenario", value=path_or_name, allowed="a path or a name"
+        )
+    if isinstance(overrides, str):
+        raise InputError(
+            "is one text", field="overrides", value=overrides, allowed="a list of texts a.b=c"
+        )
     path = scenario_path(path_or_name)
     data = read_yaml(path)
     if not isinstance(data, dict):

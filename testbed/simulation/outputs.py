@@ -24,12 +24,15 @@ OWN_FILES = (
     "report.html",
 )
 """What a run writes; a folder that holds nothing else may be written again."""
+OF_A_RUN = ("scenario.yaml", "truth.parquet", "summary.json")
+"""Files of a run, one of which is there from its start; a measured recording has none of them."""
 
 
 def check_out(out: str | Path | None) -> None:
     """Refuse an output folder that cannot be used; writes nothing.
 
-    Raises InputError where `out` is a file, cannot be written, or holds files that are not a run's.
+    Raises InputError where `out` is a file, cannot be written, or holds files that are not a run's
+    or a recording that was measured.
     """
     folder = Path(out) if out is not None else Path("runs")
     if folder.exists() and not folder.is_dir():
@@ -44,6 +47,14 @@ def check_out(out: str | Path | None) -> None:
         if foreign:
             raise InputError(
                 f"holds files of something else ({foreign[0]})",
+                file=folder,
+                field="--out",
+                allowed="a new or empty folder, or an earlier run",
+            )
+        names = {_own_name(path) for path in folder.iterdir()}
+        if names and names.isdisjoint(OF_A_RUN):
+            raise InputError(
+                "holds a recording that no run has made",
                 file=folder,
                 field="--out",
                 allowed="a new or empty folder, or an earlier run",

@@ -275,7 +275,7 @@ def summary_of_run(
     scenario = simulation.scenario
     data, truth = same_rows(data, truth)
     figures: dict[str, Any] = {}
-    if len(truth["t"]) > 1:
+    if len(truth["t"]) > 0:
         rule = loss_rule(simulation)
         figures = run_metrics(data, truth, scenario.terrain.slope_deg, rule)
         figures |= stability_summary(simulation, data, truth)

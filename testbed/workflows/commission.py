@@ -157,7 +157,18 @@ def commission_any(
             allowed="recordings, or one scenario",
         )
     with recorded(given[0], overrides, seed, stages_of(Path(out))) as runs:
-        return commission(runs, out)
+        try:
+            return commission(runs, out)
+        except InputError as error:  # nobody knows the folders in which its stages were recorded
+            if error.file is None or stages_of(Path(out)) not in Path(error.file).parents:
+                raise
+            raise InputError(
+                error.problem,
+                file=given[0],
+                field=error.field,
+                value=error.value,
+                allowed=error.allowed,
+            ) from error
 
 
 def stages_of(out: Path) -> Path:

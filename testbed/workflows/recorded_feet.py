@@ -16,7 +16,7 @@ from testbed.errors import InputError, naming
 from testbed.estimation.contact_losses import LossRule, nominal_load_n
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.table import read_columns
-from testbed.formats.units import to_si
+from testbed.formats.units import convertible, to_si
 from testbed.machine.names import LEGS
 from testbed.recording.axis import recording_folder
 from testbed.recording.axis_header import AnyHeader, Header, read_header
@@ -66,11 +66,18 @@ def read_feet(
     """The feet of a recording of any rig.
 
     `force`, `reference`: columns of its table instead of what the rig offers; of a robot a column
-    of one foot, or the part before `_<leg>` for all. `model`: for an axis with pressures. Raises
-    InputError for what cannot be used.
+    of one foot, or the part before `_<leg>` for all. `model`: what a force is estimated with from
+    pressures. Raises InputError for what cannot be used.
     """
     folder = recording_folder(place)
     rig = header_of(folder).get("rig")
+    if model is not None and (rig == FOOT or force is not None):
+        raise InputError(
+            "estimates nothing: the force is in the recording",
+            field="--model",
+            value=str(model),
+            allowed="a leg or a robot, without --force",
+        )
     if rig == "robot":
         return _of_robot(folder, force, reference, model)
     if rig == FOOT:
@@ -195,6 +202,15 @@ def _column_of(folder: Path, header: AnyHeader, time_s: Array) -> Callable[[str,
             check_finite(name, found, time_s, file)
         elif not np.isfinite(found).any():
             raise InputError("holds no number", file=file, field=field, value=name)
+        is_contact = field == "--reference" and len(np.unique(found)) <= 2
+        if units.get(name, "N") not in convertible("N") and not is_contact:
+            raise InputError(
+                f"is in {units[name]}, which is no force",
+                file=folder / "recording.yaml",
+                field=field,
+                value=name,
+                allowed=" or ".join(convertible("N")),
+            )
         return np.asarray(to_si(found, units[name])) if name in units else found
 
     return column

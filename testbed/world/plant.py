@@ -24,11 +24,11 @@ from testbed.robot.loads.foot_forces import foot_forces, turn_z
 
 RADIAL = JOINTS.index("radial")
 NO_TURN = 1e-12
-"""Sine of half an angle below which a body has not turned."""
+"""Sine of half the angle below which a rotation counts as none."""
 
 
 class Quaternion(NamedTuple):
-    """A turn, xyzw."""
+    """A rotation as a quaternion, xyzw."""
 
     x: float
     y: float
@@ -44,7 +44,7 @@ def quaternion_of(values: Any) -> Quaternion:
 
 @njit
 def turned_back(q: Quaternion, turn: Quaternion) -> Quaternion:
-    """The turn `q` after the opposite of `turn`: q times the conjugate of `turn`."""
+    """The rotation `q` after the inverse of `turn`: q times the conjugate of `turn`."""
     x, y, z, w = -turn.x, -turn.y, -turn.z, turn.w
     return Quaternion(
         q.w * x + q.x * w + q.y * z - q.z * y,
@@ -77,23 +77,25 @@ def rotation_matrix(quaternion: Any, out: Any) -> None:
 
 @njit
 def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> None:
-    """Take over the pose of the base's principal axes (EngineState), turned by `turn` (4, xyzw) in
-    the body, into a BodyState.
+    """Update a BodyState from the pose of the base's principal axes (EngineState), which are turned
+    by `turn` (4, xyzw) against the body.
 
-    The engine moves a body by its new velocity over the whole step, so the difference of two poses
-    is that velocity, exactly; it is not asked for.
+    The engine moves a body with its new velocity during the whole step. The velocities therefore
+    follow exactly from the difference of two poses.
     """
     now = turned_back(quaternion_of(engine.quaternion), quaternion_of(turn))
-    turning, pose = body.angular_velocity, body.quaternion
+    angular_velocity, pose = body.angular_velocity, body.quaternion
     if at_rest:
         for i in range(3):
-            body.velocity[i] = turning[i] = 0.0
+            body.velocity[i] = angular_velocity[i] = 0.0
     else:
-        way = turned_back(now, quaternion_of(pose))
-        size = (way.x * way.x + way.y * way.y + way.z * way.z) ** 0.5
-        rate = 2.0 / dt if size < NO_TURN else 2.0 * math.atan2(size, abs(way.w)) / (size * dt)
-        rate = rate if way.w >= 0.0 else -rate  # the shorter way round
-        turning[0], turning[1], turning[2] = rate * way.x, rate * way.y, rate * way.z
+        change = turned_back(now, quaternion_of(pose))
+        size = (change.x * change.x + change.y * change.y + change.z * change.z) ** 0.5
+        rate = 2.0 / dt if size < NO_TURN else 2.0 * math.atan2(size, abs(change.w)) / (size * dt)
+        rate = rate if change.w >= 0.0 else -rate  # the shorter of the two rotations
+        angular_velocity[0] = rate * change.x
+        angular_velocity[1] = rate * change.y
+        angular_velocity[2] = rate * change.z
         for i in range(3):
             body.velocity[i] = (engine.position[i] - body.position[i]) / dt
     for i in range(3):
@@ -103,17 +105,17 @@ def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> No
 
 @njit
 def follow_engine(board: Any, at_rest: bool, feet: bool) -> None:
-    """Take over the engine's pose after a step (or, at rest, before the first), with what it tells
-    of the foot forces.
+    """Update the body's pose and motion from the engine after a step (or, at rest, before the first
+    one), and with `feet` the forces on the feet.
     """
     dt, body, motion = board.clock.step_s, board.body, board.motion
-    velocity, turning = np.empty(3), motion.angular_velocity
+    velocity, angular_velocity = np.empty(3), motion.angular_velocity
     for i in range(3):
-        velocity[i], turning[i] = body.velocity[i], body.angular_velocity[i]
+        velocity[i], angular_velocity[i] = body.velocity[i], body.angular_velocity[i]
     move_body(body, board.engine, board.base_turn, dt, at_rest)
     for i in range(3):
         motion.lift[i] = 0.0 if at_rest else (body.velocity[i] - velocity[i]) / dt
-        change = 0.0 if at_rest else (body.angular_velocity[i] - turning[i]) / dt
+        change = 0.0 if at_rest else (body.angular_velocity[i] - angular_velocity[i]) / dt
         motion.angular_acceleration[i] = change
     motion.lift[2] += GRAVITY_M_S2
     if not at_rest:

@@ -1,9 +1,9 @@
-"""One run: the world, the machine's electronics and the recorder's rows, and the order of one step.
+"""The simulation loop: the world, the machine's electronics, and the order of one step.
 
-Simulation.STEP lists the parts of a step in their order: the engine, then sensors and estimators,
-the recorder, then the slow tick (events, drill, gait, judge, ground), last what acts in the next
-step: valve loops and plant. Sensors see the state after the engine's step; the loops act on it in
-the next one. Gaits, valve loops and estimators are handed measurements only.
+Simulation.STEP lists the parts of a step in order: engine, sensors, estimators, recorder, then the
+slow tick (events, drill, gait, judge, ground), and finally what acts in the next step (valve loops
+and plant). Sensors see the state after the engine's step; the valve loops act on it in the next
+one. Gaits, valve loops and estimators get measurements only, never the truth.
 """
 
 from __future__ import annotations
@@ -54,11 +54,11 @@ from testbed.world.scheduled_events import ScheduledEvents
 from testbed.world.verdict import LOOK_TICKS
 
 SAMPLES = 1000
-"""Samples whose noise is drawn at once."""
+"""Noise is drawn for so many samples at a time."""
 
 
 class Simulation:
-    """A scenario on its way. `run_block(n)` gives the next n rows of data and truth until
+    """A running scenario. `run_block(n)` returns the next n rows of data and truth, until
     `finished`.
     """
 
@@ -108,7 +108,7 @@ class Simulation:
         drill_known(m.drill, self._row[0])
         self._expect()
         self._tick(0.0)
-        m.chain.forget()  # the first sample is not recorded: what is recorded is all that the estimates come from
+        m.chain.forget()  # the first sample is not recorded, and estimates come from recorded ones alone
         self._do(CONTROL | PLANT)
 
     # ---- one step --------------------------------------------------------------------------------
@@ -131,7 +131,7 @@ class Simulation:
         "control",  # valve loops: set points move on, valve commands
         "plant",  # hydraulics, ropes and drill, to be given to the engine
     )
-    """A step at which everything is due, part by part; a step leaves out what is not."""
+    """The parts of a step at which everything is due; other steps leave out what is not."""
 
     def run_block(self, rows: int) -> tuple[Array, Array]:
         """Step until `rows` rows are there or the run ends; returns data (n, ..) and truth (n,
@@ -199,13 +199,16 @@ class Simulation:
         self._do(due & (CONTROL | PLANT))
 
     def _do(self, due: int, recorded: NDArray[Any] | None = None) -> None:
-        """Do what the flags `due` name; a record goes to the next row of `recorded`."""
+        """Run the compiled parts of a step that the flags `due` name; a record is written to the
+        next row of `recorded`.
+        """
         if due & SENSE and (self._step // self._schedule.sensor) % SAMPLES == 0:
             m = self.machine
             self._noise[:] = sensing.draw_noise(SAMPLES, m.noise_rng, m.added_noise_rng)
         between_steps(due, *self._fixed, self._nowhere if recorded is None else recorded)
 
     def _expect(self) -> None:
+        """Write the foot loads that the believed model expects into the running row."""
         row, m = self._row[0], self.machine
         row["expected"] = m.expectation.loads(
             row["position"],
@@ -219,6 +222,7 @@ class Simulation:
     # ---- the slow tick ---------------------------------------------------------------------------
 
     def _tick(self, t: float) -> None:
+        """The slow part of a step, at 100 Hz: events, drill, gait, judge and ground."""
         m = self.machine
         dt = self._schedule.tick * self.dt
         for event, happens_s in self._scheduled.due(t, dt):
@@ -241,7 +245,7 @@ class Simulation:
             m.footing.update(m.feet_in_world, b.normal_force, b.ground_normals, dt)
 
     def _drill(self, t: float) -> list[dict[str, Any]]:
-        """Let the drill work, in a chain of tasks from its turn on; returns what has happened."""
+        """Advance the drill, in a chain of tasks only once it is its turn; returns its events."""
         m, dt = self.machine, self._schedule.tick * self.dt
         chain = self._chain
         if chain is None:
@@ -254,11 +258,8 @@ class Simulation:
         return news
 
     def _follow(self, command: Command, t: float) -> None:
-        """Hand a command to the loops, the ropes and the rows: the one place where set points begin
-        to move.
-
-        They move at their rate from where the last command left them (between_steps adds it up,
-        tick by tick), and rest where the same command comes again.
+        """Pass a command on to the valve loops, the ropes and the running row. Set points move from
+        where the last command left them, and rest if the same command is given again.
         """
         dithers = self.scenario.control.dither_m > 0.0
         if command is self._command and self._resting and not dithers:
@@ -274,7 +275,7 @@ class Simulation:
             self._dither(t)
 
     def _dither(self, t: float) -> None:
-        """Let the vertical set points wander about where they are."""
+        """Add a sine of `control.dither_m` and `control.dither_hz` to the vertical set points."""
         depth = self.scenario.control.dither_m
         turn = 2.0 * math.pi * self.scenario.control.dither_hz
         vertical = self.machine.board.loops[2::3]
@@ -282,6 +283,7 @@ class Simulation:
         vertical["reference_rate"] += depth * turn * math.cos(turn * t)
 
     def _watch(self, t: float) -> None:
+        """End the run where a rope broke, a state is not finite, or the judge says so."""
         m = self.machine
         for rope in self._scheduled.broken_ropes():
             self.events.append({"t": t, "kind": "rope_broke", "rope": rope})
@@ -310,7 +312,7 @@ class Simulation:
         self.events.append({"t": t, **event.model_dump(exclude={"at_s"})})
 
     def last_rows(self) -> tuple[Array, Array]:
-        """The rows of the last block as far as it came: after a SimulationFault, what led to it."""
+        """The rows of the last block so far: after a SimulationFault, what led to it."""
         return self._tables(int(self.machine.board.clock.recorded))
 
     @property
@@ -318,7 +320,7 @@ class Simulation:
         """The running row of data: one DataRow, what the electronics know now."""
         return self._row[0]
 
-    # ---- other ways to go on ---------------------------------------------------------------------
+    # ---- saved states, branches, events from outside --------------------------------------------
 
     def save(self, *others: Any) -> State:
         """The run at this instant (saved.py), and the objects `others` that go with it."""
@@ -334,10 +336,9 @@ class Simulation:
         self.finished = self._step >= last or self.verdict != "stood"
 
     def branch(self, seed: int | None = None) -> Simulation:
-        """Another simulation that stands where this one does and goes its own way; `seed`: with
-        other noise from here on.
+        """An independent copy of this simulation as it is now; `seed`: with other noise onwards.
 
-        Raises InputError where a gait or controller came as an object: two runs cannot share it.
+        Raises InputError if a gait or controller is an object, which two runs cannot share.
         """
         for part in (self._own.gait, self._own.controller):
             if part is not None and not isinstance(part, str | type):
@@ -358,16 +359,14 @@ class Simulation:
         return other
 
     def reseed(self, seed: int) -> None:
-        """Let everything random that is still to come come from another seed."""
+        """Draw all randomness from now on from another seed."""
         m = self.machine
         m.noise_rng, m.added_noise_rng = (np.random.default_rng([seed, k]) for k in (1, 40))
         self._noise[:] = sensing.draw_noise(SAMPLES, m.noise_rng, m.added_noise_rng)
         m.drill.reseed(seed)
 
     def happen(self, event: Any) -> None:
-        """Let an event happen now, whatever its time. Raises InputError for one that a gait carries
-        out.
-        """
+        """Make an event happen now. Raises InputError for one that the gait has to carry out."""
         if isinstance(event, LiftFoot | SetRope | Stop | Turn):
             raise InputError(
                 "is carried out by the task from its start on",
@@ -379,7 +378,7 @@ class Simulation:
         self._scheduled.order(event, self.t_s, left * self.dt)
         self._tell(event, self.t_s)
 
-    # ---- what others ask -------------------------------------------------------------------------
+    # ---- queries ---------------------------------------------------------------------------------
 
     @property
     def t_s(self) -> float:
@@ -396,5 +395,5 @@ class Simulation:
         return self.machine.picture(width, height)
 
     def close(self) -> None:
-        """Give the engine back."""
+        """Release the engine."""
         self.machine.engine.close()

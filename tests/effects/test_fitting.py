@@ -14,7 +14,7 @@ from testbed.diagnosis.leg.hypotheses import narrowed
 from testbed.diagnosis.leg.points import Point, point, start_vector
 from testbed.effects import OF_A_CYLINDER, by_name
 from testbed.effects.force_cushion import LEFT_COST
-from testbed.effects.force_periodic import strongest_line
+from testbed.effects.force_periodic import natural_frequency_hz, strongest_line
 from testbed.effects.friction_presliding import BENT_M, SOUND_BEND_M, SOUND_COST
 from testbed.effects.terms import USUAL, ForceResidual, Observed, Signals
 from testbed.estimation.leg.flow import Edges
@@ -147,6 +147,32 @@ def test_the_strongest_line_of_a_residual_is_found_with_its_frequency_and_amplit
     (start,) = by_name("force.periodic").starts(seen)
     assert start == {"frequency": frequency, "amplitude": amplitude}
     assert [c.name for c in by_name("force.periodic").coordinates(start)] == ["frequency"]
+
+
+def test_a_heavy_leg_that_rings_on_its_own_oil_has_no_vibration() -> None:
+    """What swings by less than its encoder counts leaves its own inertia in the force balance."""
+    heavy = leg_of(1.0).model_copy(update={"moving_mass_kg": 1200.0})
+    own_hz = natural_frequency_hz(heavy, 0.25)
+    rng, bin_s = np.random.default_rng(4), 3.0 / RATE_HZ
+    time = np.arange(5000) * bin_s
+    rings = 200.0 * np.sin(2.0 * np.pi * own_hz * time)
+    shaken = 60.0 * np.sin(2.0 * np.pi * 7.3 * time)
+    shown = np.ones(time.size, dtype=np.bool_)
+    noise = np.full(time.size, 20.0)
+    force = rings + shaken + rng.normal(0.0, 20.0, time.size)
+    residual = (ForceResidual(force, shown, noise, bin_s, 0.0),)
+    assert strongest_line(observed(residual=residual))[0] == pytest.approx(own_hz, abs=0.05)
+    found, _ = strongest_line(observed(residual=residual, known=heavy))
+    assert found == pytest.approx(7.3, abs=0.02)
+
+
+def test_the_natural_frequency_of_a_mass_on_two_closed_chambers() -> None:
+    """No rod and equal dead volumes, in the middle: k = 2 beta A^2 / V."""
+    known = leg_of(1.0).model_copy(update={"rod_m": 0.0})
+    middle, area = 0.5 * float(known.stroke_m or 0.0), known.area_a_m2
+    stiffness = 2.0 * 1e9 * area**2 / (4e-4 + area * middle)
+    expected = np.sqrt(stiffness / 100.0) / (2.0 * np.pi)
+    assert natural_frequency_hz(known, middle) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("name", ["friction.pressure", "friction.load"])

@@ -72,3 +72,20 @@ def test_a_weight_that_no_reward_takes_is_refused(
 ) -> None:
     with pytest.raises(InputError, match=told):
         kind(weights=weights)
+
+
+@pytest.mark.parametrize(
+    ("argument", "told"),
+    [
+        ({"overrides": "terrain.slope_deg=40"}, "overrides = 'terrain.slope_deg=40': is one text"),
+        ({"scenario": 3}, "scenario = 3: cannot be used"),
+        ({"randomisation": 5}, "randomisation = 5: cannot be used"),
+        ({"weights": [1.0]}, r"weights = \[1.0\]: cannot be used"),
+        ({"step_ms": "20"}, "step_ms = '20': must be whole control ticks"),
+    ],
+)
+def test_an_argument_of_another_kind_is_refused_by_its_name(
+    argument: dict[str, Any], told: str
+) -> None:
+    with pytest.raises(InputError, match=told):
+        RoboclimberEnv(**argument)

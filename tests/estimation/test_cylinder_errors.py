@@ -12,8 +12,8 @@ from testbed.estimation.live.body_records import BodyState
 from testbed.estimation.live.cylinder_errors import (
     force_error,
     leg_variance,
-    weigh_cylinder,
-    weigh_leg,
+    write_cylinder_weights,
+    write_leg_weights,
 )
 
 
@@ -46,13 +46,13 @@ def test_the_row_of_an_observation_times_the_unknowns_is_what_was_learnt(
     state: Any, cylinder: int
 ) -> None:
     row = np.zeros(fu.N)
-    weigh_cylinder(cylinder, 2.0, state.axes[cylinder], row)
+    write_cylinder_weights(cylinder, 2.0, state.axes[cylinder], row)
     assert row @ state.fusion.x == pytest.approx(2.0 * force_error(cylinder, state))
 
 
 def test_a_legs_variance_is_that_of_its_row_and_deaf_to_the_other_legs(state: Any) -> None:
     row = np.zeros(fu.N)
-    weigh_leg(1, np.array([0.3, -1.0, 0.7]), state, row)
+    write_leg_weights(1, np.array([0.3, -1.0, 0.7]), state, row)
     root = np.random.default_rng(4).normal(size=(fu.N, fu.N))
     assert leg_variance(root @ root.T, row, 1) == pytest.approx(row @ root @ root.T @ row)
     assert leg_variance(root @ root.T, row, 2) == 0.0

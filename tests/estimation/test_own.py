@@ -231,13 +231,13 @@ def test_rows_of_the_balance_are_what_a_wrong_belief_does_to_the_wrench() -> Non
     state["means"]["specific_force"], state["means"]["rope_tension"] = -gravity, (9e3, 8e3)
     numbers = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, ropes)
     rows, turning = np.zeros((6, fu.N)), np.zeros(3)
-    right = whole_body.weigh_body(row[0], turning, numbers[0], state[0], rows)
+    right = whole_body.write_body_wrench(row[0], turning, numbers[0], state[0], rows)
 
     def off(**changes: object) -> np.ndarray:
         other, again = numbers.copy(), np.zeros((6, fu.N))
         for name, value in changes.items():
             other[name] = value
-        return whole_body.weigh_body(row[0], turning, other[0], state[0], again) - right
+        return whole_body.write_body_wrench(row[0], turning, other[0], state[0], again) - right
 
     lighter = off(base_mass=numbers["base_mass"] - 10.0)  # at its centre
     centre = numbers["base_centre"][0]

@@ -81,6 +81,17 @@ def test_sample_by_sample_with_late_ones_is_what_the_recording_gives() -> None:
     np.testing.assert_array_equal(found, _states(time, reading, 9500.0))
 
 
+def test_a_recording_that_begins_in_the_air_does_not_hide_the_losses_that_follow() -> None:
+    """A relaxed seal reads nothing in the first flight, and 10 % of the load in all others."""
+    time = np.arange(20_000) / 500.0
+    carrying = (time % 2.0) >= 0.8
+    force = np.where(carrying, 0.9, np.where(time < 0.8, 0.0, 0.1))
+    force += np.random.default_rng(4).normal(0.0, 0.005, len(time))
+    found = score_contact(_states(time, 9500.0 * force, 9500.0), carrying, time)
+    assert found.losses == 19 and found.missed == 0
+    assert found.missed_s < 0.1 and found.false_flight_s < 0.5
+
+
 def test_a_jolt_in_the_air_is_no_lasting_touchdown() -> None:
     time = np.arange(4000) / 1000.0
     force = np.where(time < 1.0, 20.0, 0.0) + np.random.default_rng(2).normal(0.0, 0.1, 4000)

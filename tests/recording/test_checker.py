@@ -115,6 +115,26 @@ def test_a_foot_of_two_kilograms_is_checked_by_its_own_scale(
     assert [f.channel for f in found if f.severity != "note"] == ([channel] if channel else [])
 
 
+def test_a_foot_that_reads_a_load_in_the_air_is_told(tmp_path: Path) -> None:
+    """A zero of three tenths of the load, either way; friction of a twentieth is none."""
+    carries = np.arange(600) % 200 > 60
+    noise = np.random.default_rng(0).normal(0.0, 0.3, 600)
+    for zero, told in ((6.0, True), (-6.0, True), (1.0, False)):
+        force = np.where(carries, 20.0, 0.0) + zero + noise
+        checked = check_recording(foot(tmp_path / f"{zero:g}", force, carries.astype(float)))
+        said = [f.what for f in checked.findings if f.severity == "warning"]
+        assert checked.usable and said == ["reads a load in the air"] * told
+
+
+def test_forces_that_detect_bridges_leave_a_foot_usable(tmp_path: Path) -> None:
+    carries = np.arange(600) % 200 > 60
+    force = np.where(carries, 20.0, 0.0) + np.random.default_rng(0).normal(0.0, 0.3, 600)
+    force[100:103] = np.nan
+    checked = check_recording(foot(tmp_path / "foot", force, carries.astype(float)))
+    assert checked.usable
+    assert [(f.severity, f.what) for f in checked.findings] == [("warning", "is not a number")]
+
+
 def robot(folder: Path) -> Path:
     shutil.copytree(SAMPLES / "robot", folder)
     return folder
@@ -130,6 +150,86 @@ def test_a_robot_is_checked_axis_by_axis(tmp_path: Path) -> None:
     channels = " ".join(f.channel for f in found.findings if f.severity == "error")
     assert "pressure_a_fr_vertical" in channels and "attitude_roll" in channels
     assert "fl_vertical" not in channels
+
+
+def test_a_supply_that_follows_the_load_is_measured_by_what_it_rises_to(tmp_path: Path) -> None:
+    """A pump that idles at 20 bar and gives 95 for a tenth of the time, to a cylinder that takes
+    90.
+    """
+    sample = load(robot(tmp_path / "sound"))
+    works = np.arange(len(sample.columns["t"])) % 100 < 10
+    noise = np.random.default_rng(0).normal(0.0, 3.0e3, works.size)
+    sample.columns["supply_pressure"] = np.where(works, 9.5e6, 2.0e6) + noise
+    sample.columns["pressure_b_fl_rotation"] = np.where(works, 9.0e6, 1.0e6) + noise
+    found = check_recording(sample.write(tmp_path / "idling"))
+    assert [f.what for f in found.findings if "scale than the supply" in f.what] == []
+    sample.columns["supply_pressure"] /= 1e5
+    found = check_recording(sample.write(tmp_path / "in_bar"))
+    assert any("scale than the supply" in f.what for f in found.findings)
+
+
+def test_a_supply_that_idles_while_a_valve_holds_the_load_is_no_other_scale(tmp_path: Path) -> None:
+    """Half of what the strongest cylinder holds; in bar it is another unit all the same."""
+    sample = load(robot(tmp_path / "sound"))
+    held = max(np.quantile(v, 0.99) for n, v in sample.columns.items() if n.startswith("pressure_"))
+    for divisor, said in ((1.0, False), (1e5, True)):
+        sample.columns["supply_pressure"] = np.full(len(sample.columns["t"]), 0.5 * held / divisor)
+        found = check_recording(sample.write(tmp_path / f"{divisor:g}")).findings
+        assert any("scale than the supply" in f.what for f in found) == said
+
+
+@pytest.mark.parametrize(
+    ("factors", "named"),
+    [
+        ({"attitude_pitch": -1.0}, "attitude_pitch"),
+        ({"specific_force_z": -1.0}, "specific_force_z"),
+        ({f"specific_force_{axis}": -1.0 for axis in "xyz"}, "specific_force"),
+        ({f"specific_force_{axis}": 1.0 / 9.81 for axis in "xyz"}, "specific_force"),
+        ({"specific_force_y": None}, "specific_force_x"),
+        ({}, None),
+    ],
+    ids=["pitch", "z", "all three", "in g0", "one is missing", "sound"],
+)
+def test_attitude_and_specific_force_have_to_agree_on_where_down_is(
+    factors: dict[str, float | None], named: str | None, tmp_path: Path
+) -> None:
+    """Of a robot that leans back by 0.77 rad: its x feels 9.81 sin(0.77) m/s2, its z the rest."""
+    sample = load(robot(tmp_path / "sound"))
+    sample.columns["attitude_pitch"] -= 0.77
+    upwards = sample.columns["specific_force_z"].copy()
+    sample.columns["specific_force_x"] += upwards * np.sin(0.77)
+    sample.columns["specific_force_z"] = upwards * np.cos(0.77)
+    for name, factor in factors.items():
+        if factor is None:
+            del sample.columns[name], sample.head["channels"][name]
+        else:
+            sample.columns[name] *= factor
+    found = check_recording(sample.write(tmp_path / "turned")).findings
+    of_unit = [f for f in found if f.channel.startswith(("attitude", "specific_force"))]
+    assert [f.channel for f in of_unit] == ([] if named is None else [named])
+
+
+@pytest.mark.parametrize(("factor", "usable"), [(0.5, True), (2.0, True), (1e-3, False)])
+def test_legs_may_load_each_other_across_their_diagonal_and_not_in_another_unit(
+    factor: float, usable: bool, tmp_path: Path
+) -> None:
+    sample = load(robot(tmp_path / "sound"))
+    for leg in ("fl", "rr"):
+        sample.columns[f"expected_{leg}"] *= factor
+    assert check_recording(sample.write(tmp_path / "shared")).usable == usable
+
+
+def test_after_a_fall_no_sensor_is_blamed(tmp_path: Path) -> None:
+    """Expected are the loads of a robot that lies on its side from the middle on."""
+    sample = load(robot(tmp_path / "sound"))
+    fallen = np.arange(len(sample.columns["t"])) >= len(sample.columns["t"]) // 2
+    sample.columns["attitude_roll"] += 1.4 * fallen
+    for name in ("specific_force_y", "specific_force_z"):
+        sample.columns[name][fallen] = 9.81 * (np.sin(1.4) if name.endswith("y") else np.cos(1.4))
+    for leg in ("fl", "fr", "rl", "rr"):
+        sample.columns[f"expected_{leg}"][fallen] *= 20.0
+    found = check_recording(sample.write(tmp_path / "fallen")).findings
+    assert not any("vertical" in f.channel or "expected" in f.channel for f in found)
 
 
 @pytest.mark.parametrize(("held_n", "usable"), [(400.0, True), (4000.0, False)])

@@ -48,6 +48,12 @@ def columns() -> dict[str, np.ndarray]:
     }
 
 
+def quoted(table: str, separator: str) -> str:
+    """Every cell of a table in quotes, as spreadsheets write them."""
+    rows = [line.split(separator) for line in table.splitlines()]
+    return "\n".join(",".join(f'"{cell}"' for cell in row) for row in rows)
+
+
 def text(separator: str, comma: bool = False, head: str = "", units: bool = False) -> str:
     names = list(columns())
     lines = [head + separator.join(names)]
@@ -93,8 +99,17 @@ def differing(recording: Recording) -> list[str]:
         text("   "),
         text("|", head="# a logger's remark\n% another\n\n"),
         text(";", comma=True, head="# Grüße\n", units=True),
+        quoted(text(";", comma=True), ";"),
     ],
-    ids=["comma", "decimal comma", "tab", "spaces", "comments", "units below the names"],
+    ids=[
+        "comma",
+        "decimal comma",
+        "tab",
+        "spaces",
+        "comments",
+        "units below the names",
+        "decimal commas within quotes",
+    ],
 )
 def test_a_text_table_of_any_separator(table: str, tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(table, encoding="latin-1")
@@ -107,6 +122,40 @@ def test_a_text_in_utf_16_is_read_as_such(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(text("\t", comma=True), encoding="utf-16")
     import_file(tmp_path / "log.csv", given_map(tmp_path), tmp_path / "out")
     assert not differing(read_recording(tmp_path / "out"))
+
+
+def test_a_name_within_quotes_may_hold_the_separator(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(quoted(text(";"), ";").replace('"F"', '"F, of the cell"'))
+    said = given_map(tmp_path, MAP.replace("column: F,", "column: 'F, of the cell',"))
+    import_file(tmp_path / "log.csv", said, tmp_path / "out")
+    assert not differing(read_recording(tmp_path / "out"))
+
+
+def test_times_of_day_in_a_text_become_seconds_to_their_last_digit(tmp_path: Path) -> None:
+    lines = text(",").splitlines()
+    for row, since in enumerate(TIME, 1):
+        clock = f"09:59:{58.0 + since:06.3f}" if since < 2.0 else f"10:00:{since - 2.0:06.3f}"
+        lines[row] = ",".join([clock, *lines[row].split(",")[1:]])
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    in_s = given_map(tmp_path, MAP.replace("unit: ms", "unit: s"))
+    import_file(tmp_path / "log.csv", in_s, tmp_path / "out")
+    assert not differing(read_recording(tmp_path / "out"))
+
+
+def test_a_cell_that_says_that_it_has_no_number_is_missing_and_another_word_is_named(
+    tmp_path: Path,
+) -> None:
+    lines = text(",").splitlines()
+    cells = lines[50].split(",")
+    for number, word in enumerate(("N/A", "#N/A", "#NV", "")):
+        lines[50] = ",".join([*cells[:2], word, *cells[3:]])
+        (tmp_path / "log.csv").write_text("\n".join(lines))
+        found = import_file(tmp_path / "log.csv", given_map(tmp_path), tmp_path / f"{number}")
+        assert "is not a number" in {finding.what for finding in found.findings}
+    lines[50] = ",".join([*cells[:2], "OVER", *cells[3:]])
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    with pytest.raises(InputError, match="'p' is not numbers: 'OVER' in row 50"):
+        import_file(tmp_path / "log.csv", given_map(tmp_path), tmp_path / "out")
 
 
 def test_a_table_without_names_has_numbered_columns(tmp_path: Path) -> None:
@@ -210,6 +259,44 @@ def test_mcap_of_two_topics_at_different_times(tmp_path: Path) -> None:
     assert recording.reference_force_n[4:19] == pytest.approx(LOAD[5:20], rel=1e-3)
 
 
+def test_what_switches_and_what_is_held_keeps_its_value_until_the_next_message(
+    tmp_path: Path,
+) -> None:
+    """A contact and a valve's command at a half and a fifth of the force's rate."""
+    writer_module = pytest.importorskip("mcap.writer")
+    path = tmp_path / "log.mcap"
+    carries, command = TIME % 1.0 < 0.6, np.round(np.sin(TIME), 2)
+    with path.open("wb") as stream:
+        writer = writer_module.Writer(stream)
+        writer.start()
+        schema = writer.register_schema(name="any", encoding="jsonschema", data=b"{}")
+        topics = [
+            writer.register_channel(name, message_encoding="json", schema_id=schema)
+            for name in ("/axis", "/foot", "/valve")
+        ]
+        for k in range(N):
+            rows = [
+                {"x": POSITION[k], "p": PRESSURE[k]},
+                {"on": bool(carries[k])},
+                {"u": command[k]},
+            ]
+            for topic, row, every in zip(topics, rows, (1, 2, 5), strict=True):
+                if k % every == 0:
+                    writer.add_message(topic, 10**7 * k, json.dumps(row).encode(), 10**7 * k)
+        writer.finish()
+    said = (
+        "rig: cylinder\ntime: {column: log_time, unit: ns}\nknown: {bore_m: 0.07}\n"
+        "position: {column: /axis.x, unit: m}\npressure_a: {column: /axis.p, unit: Pa}\n"
+        "valve_command: {column: /valve.u, unit: '1'}\nfoot_on: {column: /foot.on, unit: '1'}\n"
+    )
+    import_file(path, given_map(tmp_path, said), tmp_path / "out")
+    recording = read_recording(tmp_path / "out")
+    row = np.round(100.0 * recording.time_s).astype(int)
+    np.testing.assert_array_equal(recording.valve_command, command[5 * (row // 5)])
+    np.testing.assert_array_equal(recording.extra["foot_on"] > 0.5, carries[2 * (row // 2)])
+    assert set(np.unique(recording.extra["foot_on"])) == {0.0, 1.0}
+
+
 @pytest.mark.parametrize(
     ("messages", "rows"),
     [
@@ -232,7 +319,7 @@ def test_topics_that_never_speak_side_by_side_are_refused(tmp_path: Path) -> Non
     owner, times = {"/a.x": "/a", "/a.y": "/a", "/b.z": "/b"}, {"/a": [0, 1, 2], "/b": [5, 6]}
     found = {"/a.x": [0.0] * 3, "/a.y": [0.0] * 3, "/b.z": [0.0] * 2}
     with pytest.raises(InputError, match="'/a' and '/b' have no time in common"):
-        _aligned(found, owner, times, times, tmp_path)
+        _aligned(found, owner, times, times, (), tmp_path)
 
 
 def test_a_foot(tmp_path: Path) -> None:

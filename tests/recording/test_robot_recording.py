@@ -185,6 +185,16 @@ def test_every_fault_is_one_line_and_nothing_is_written(
     assert not out.exists()
 
 
+def test_a_urdf_that_is_not_there_is_told_by_the_field_that_names_it(
+    sound: tuple[dict[str, Any], Columns], tmp_path: Path
+) -> None:
+    head, columns = sound
+    folder = write(tmp_path / "run", head | {"surveyed": SURVEY | {"urdf": "other.urdf"}}, columns)
+    with pytest.raises(InputError, match=r"surveyed\.urdf = 'other\.urdf': no such file") as told:
+        read_robot(folder)
+    assert told.value.file == folder / "recording.yaml"
+
+
 def test_a_urdf_beside_the_recording_is_found_from_anywhere(
     sound: tuple[dict[str, Any], Columns], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

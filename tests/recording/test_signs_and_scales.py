@@ -46,6 +46,14 @@ def test_what_friction_cannot_explain_of_a_sound_piston_is_nothing() -> None:
     assert list(check_balance(Forces(piston(), KNOWN), NAMES)) == []
 
 
+def test_a_pressure_that_reads_above_nothing_is_not_turned_round() -> None:
+    """A load that would balance with chamber B's pressure turned: the reference is wrong."""
+    series = piston().series
+    other_load = series["reference"] + 2.0 * series["pressure_b"] * KNOWN.area_b_m2
+    found = list(check_balance(changed(reference=other_load), NAMES))
+    assert not any("pressure_b" in f.channel and "sign" in f.what for f in found)
+
+
 def test_what_is_left_over_is_friction_itself() -> None:
     even = piston()
     left, speed, size = Forces(even, KNOWN).left_over({})

@@ -161,6 +161,13 @@ def test_a_foot_that_cannot_serve_is_one_line(
         read_foot(write(tmp_path, foot(), columns))
 
 
+def test_the_range_of_a_pressure_sensor_is_refused_beside_a_force(tmp_path: Path) -> None:
+    head = foot()
+    head["channels"]["force"]["range_pa"] = [0, 1e7]
+    with pytest.raises(InputError, match=r"channels\.force\.range_pa = .* beside unit kN"):
+        read_foot(write(tmp_path, head, {"t": TIME, "F": TIME, "c": np.ones(N)}))
+
+
 def test_a_tolerance_stands_beside_its_number_and_survives_a_model_file(tmp_path: Path) -> None:
     known = Known.model_validate({"bore_m": {"value": 0.07, "tolerance": 0.005}, "rod_m": 0.04})
     assert known.bore_m == 0.07 and known.tolerance("bore_m") == 0.005

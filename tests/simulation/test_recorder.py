@@ -210,6 +210,18 @@ def test_a_foreign_folder_is_refused_and_left_alone(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == ["thesis.tex"]
 
 
+def test_a_measured_recording_is_no_run_and_left_alone(tmp_path: Path) -> None:
+    """As `testbed import` leaves one: its two files have the names of a run's."""
+    for name in ("recording.yaml", "data.parquet"):
+        (tmp_path / name).write_text("measured")
+    with (
+        pytest.raises(InputError, match="a recording that no run has made"),
+        claimed(tmp_path, "stand", 0),
+    ):
+        raise AssertionError("a measured recording was claimed")
+    assert sorted(os.listdir(tmp_path)) == ["data.parquet", "recording.yaml"]
+
+
 def test_an_earlier_run_is_written_over(tmp_path: Path) -> None:
     recorder = RunRecorder(tmp_path, ["t", "a", "b"], ["t", "load"], META)
     _blocks(recorder, 2)

@@ -17,7 +17,9 @@ from testbed.estimation.contact_losses import LossRule
 from testbed.machine.names import LEGS
 from testbed.machine.scale import Scale
 from testbed.report.console import run_status
+from testbed.scenario.scenario import load_scenario
 from testbed.simulation import metrics
+from testbed.simulation.run import run_scenario
 from testbed.simulation.run_summary import Ending
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -239,3 +241,12 @@ def test_margins_reckon_with_all_that_the_machine_carries() -> None:
     assert declared == pytest.approx(1.25 * light, rel=0.01)
     assert event == pytest.approx(declared, rel=0.03)
     assert hidden == pytest.approx(declared, rel=0.01)
+
+
+def test_a_run_of_one_row_has_every_figure_that_others_read(tmp_path: Path) -> None:
+    brief = load_scenario("stand_flat", ["rates.record_hz=100"], duration=0.005)
+    summary = run_scenario(brief, tmp_path / "run").summary
+    assert set(summary["force_rms_n"]) >= {"one_chamber", "two_chamber", "friction", "own"}
+    assert all(np.isfinite(error) for error in summary["force_rms_n"].values())
+    assert summary["contact_loss_events"] == [] and summary["detector"]["losses"] == 0
+    assert summary["lowest_stability_margin"] > 0.0

@@ -89,3 +89,17 @@ def test_two_commissionings_of_one_file_are_refused(level: Path, tmp_path: Path)
     out = tmp_path / "model.yaml"
     with owned(stages_of(out)), pytest.raises(InputError, match="another testbed process"):
         commission_any([str(level)], out)
+
+
+def test_a_scenario_that_cannot_serve_is_named_and_not_the_folder_of_its_stage(
+    level: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(folders: list[Path], out: Path) -> Any:
+        raise InputError("shows no foot in the air", file=folders[0] / "recording.yaml")
+
+    monkeypatch.setattr(work, "commission", refused)
+    monkeypatch.setattr(work, "_record", lambda scenario, folder: folder.mkdir())
+    with pytest.raises(InputError, match="shows no foot") as told:
+        commission_any([str(level)], tmp_path / "model.yaml")
+    assert str(told.value.file) == str(level)
+    assert not stages_of(tmp_path / "model.yaml").exists()

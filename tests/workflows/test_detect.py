@@ -269,6 +269,29 @@ def test_a_column_that_is_not_there_is_one_line_and_nothing_is_written(tmp_path:
     assert not out.exists()
 
 
+@pytest.mark.parametrize("force", [(), ("--force", "F")])
+def test_a_model_that_would_estimate_nothing_is_refused(
+    force: tuple[str, ...], tmp_path: Path
+) -> None:
+    """A foot has its force, and so has every recording of which `--force` names it."""
+    places = [_foot(tmp_path / "foot", WALK, {})] + [SAMPLES / "leg" / "verify" / "press"] * (
+        force != ()
+    )
+    for place in places:
+        with pytest.raises(InputError, match=r"--model = .m\.yaml.: estimates nothing"):
+            _detect(place, "--out", tmp_path / "out.csv", "--model", "m.yaml", *force)
+
+
+def test_a_column_that_is_no_force_is_not_taken_for_one(tmp_path: Path) -> None:
+    foot, out = _foot(tmp_path / "foot", WALK, {}), tmp_path / "out.csv"
+    header = read_mapping(foot / "recording.yaml")
+    time = header["channels"]["time"]["column"]
+    for option in ("--force", "--reference"):
+        with pytest.raises(InputError, match=f"{option} = '{time}': is in s, which is no force"):
+            _detect(foot, "--out", out, option, time)
+    assert not out.exists()
+
+
 def test_a_named_column_is_read_in_the_unit_that_the_header_declares(tmp_path: Path) -> None:
     """Of an axis and of a foot, of a channel that rides along and of the load cell: kN are not
     taken for N.

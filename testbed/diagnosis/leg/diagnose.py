@@ -1,4 +1,4 @@
-"""`testbed diagnose`: what the believed model of one axis lacks."""
+"""`testbed diagnose` of one axis: which effects its believed model lacks."""
 
 from __future__ import annotations
 
@@ -28,20 +28,19 @@ from testbed.recording.axis import Rig
 from testbed.recording.leg_model import EffectEntry, LegModel
 
 MOST_EFFECTS = {"vertical-leg": 2, "cylinder": 3, "drive": 3}
-"""How many effects are looked for: bench axes of the measured kind are less well declared than
-legs.
-"""
+"""Largest number of effects in one model: bench axes are declared less completely than legs."""
 
 
 def diagnose(
     rig: Rig, progress: Progress | None = None, model: LegModel | None = None
 ) -> Diagnosis:
-    """Fit, search, judge. Nothing is fitted or chosen on `rig.verify`; it only gives the errors.
+    """Diagnose a rig. Nothing is fitted or chosen on `rig.verify`, which only gives the errors.
 
-    `model`: believed instead of what the rig declares; its effects are taken for granted, and what
-    is looked for is what it lacks. Raises InputError where the recordings do not declare their
-    external force or cannot show friction (the piston does not slide both ways), or for a model of
-    another kind of rig.
+    In order: fit the published model (`before`, `refit`), search for effects, decide on a verdict,
+    build the final model (`after`), compute the errors. `model`: believed in place of the declared
+    numbers; its effects are kept, and only further ones are searched for. Raises InputError if the
+    recordings do not declare their external force, if they cannot show friction (the piston has to
+    slide both ways), or for a model of another kind of rig.
     """
     tell = progress or (lambda _: None)
     for recording in (*rig.identify, *rig.verify):
@@ -89,7 +88,7 @@ def diagnose(
 
 @dataclass(frozen=True, eq=False)
 class _Judged:
-    """What is said of a finished search, and on what grounds."""
+    """The verdict on a finished search, and the evidence for it."""
 
     found: Unexplained
     verdict: Verdict
@@ -103,7 +102,7 @@ def _judged_leg(state: Search, rig: Rig, identified: LegModel) -> _Judged:
 
 
 def _judged_bench(state: Search, rig: Rig) -> _Judged:
-    """Only names that pass their trials are left; what they leave is what may have no name."""
+    """Keep only the names that pass their trials (proof.py); the rest may be an unnamed effect."""
     proof = proven(state, rig.identify)
     state.best, state.order = proof.kept, list(proof.kept.names)
     found = unexplained(state, rig.identify)
@@ -114,10 +113,12 @@ def _judged_bench(state: Search, rig: Rig) -> _Judged:
 def _after(
     state: Search, judged: _Judged, models: Mapping[str, LegModel], rig: Rig
 ) -> tuple[LegModel, tuple[EffectEntry, ...]]:
-    """(the model that the diagnosis leaves, its effects): with the named effects; or with a generic
-    correction, where nothing has a name and that carries over; or of the published form: on a bench
-    as identified, for what has no name bends a refit, whose recordings each have their own noise,
-    more than an identification. Where nothing is missing, runs left out decide between the two.
+    """(the final model, its effects). By the verdict:
+
+    effect: the published model with the named effects. unnamed: with a generic correction, if it
+    improves recordings it was not fitted on; else the refit, or on a bench the identified model,
+    which an unnamed effect distorts less. none: the refit, or on a bench whichever of the two
+    predicts left-out recordings better.
     """
     problem, chosen = state.problem, judged.verdict.chosen
     if judged.verdict.kind == "effect":
@@ -137,16 +138,17 @@ def _after(
 
 
 NEAR_FLOOR = 5.0
-"""Times the sensors' floor that may be left of a bench on which a refit carries over: where more is
-left, runs left out said "better" of measured seals whose refit was up to 45 % worse on the rest."""
+"""Largest residual of a bench for which the refit may be chosen, in units of the sensors' floor. On
+measured seals with more, left-out runs favoured refits that were up to 45 % worse elsewhere.
+"""
 
 
 def nothing_lacking(proof: Proof, excess: float) -> str:
-    """Which model is left of a bench that lacks nothing: `refit` where that predicts every
-    recording left out better and leaves little, or else `identify`.
+    """The final model of a bench that lacks nothing: `refit` if it predicts every left-out run
+    better and its residual is small, else `identify`.
 
-    `excess`: what the refit leaves over the sensors' floor. On 39 clean rigs of two simulators this
-    is as good as the refit (4 % below `identify` in the mean), and 0.1 % worse at worst.
+    `excess`: residual of the refit over the sensors' floor. On 39 clean rigs of two simulators the
+    choice is as good as the refit (4 % below `identify` in the mean), and at worst 0.1 % worse.
     """
     refit, identified = proof.run_errors["refit"], proof.run_errors["identify"]
     carries_over = worst_ratio(refit, identified) < 1.0 and excess < NEAR_FLOOR

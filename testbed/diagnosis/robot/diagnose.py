@@ -1,10 +1,10 @@
-"""`testbed diagnose RUN`: what the whole robot has and its model lacks, and where.
+"""`testbed diagnose RUN`: which effects the whole robot has and its model lacks, and where.
 
-A recording's measurements are held against the believed machine in four kinds of balances
-(groups.py). A sound machine leaves in them what its tolerances and its noise make; every effect at
-every place would leave its own signature beside it. The evidence for each of them, for two
-together, and for something that no name covers (hypotheses.py) becomes a distribution
-(probabilities.py); what is named must also predict what was kept back.
+The measurements of a recording are compared with the believed machine in four kinds of balances
+(groups.py). In a sound machine their residuals come from tolerances and noise; each effect at each
+place adds a signature of its own. The evidence for every single effect, for pairs, and for an
+effect without a name (hypotheses.py) is turned into probabilities (probabilities.py). A named
+effect also has to predict the part of the recording that was kept back.
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ from testbed.errors import InputError
 
 Array = npt.NDArray[np.float64]
 LEARNT_SHARE = 0.65
-"""The first part of a run predicts the rest, on which it is judged."""
+"""Share of a run that is learnt from; the rest is kept back and predicted."""
 SHORTEST_S = SETTLING_S + 40 * BIN_S
 ALIKE = 1.02
-"""Errors of the forces that were kept back which differ by less are one, as for single legs: which
-of them is the smaller is chance (E).
+"""Two errors on the kept-back forces whose ratio is below this count as equal, as for single legs
+(E).
 """
 AMBIGUOUS = 3.0
-"""A rival within so many units of belief of a name is reported as not told apart."""
+"""Rivals within this of a name, in calibrated log evidence, are reported as ambiguous with it."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """`kind`: effect, none or unnamed. `chosen`: the likeliest set; `hypotheses`: (names,
-    probability), best first.
+    """`kind`: effect, none or unnamed. `chosen`: the most probable set of effects. `hypotheses`:
+    (names, probability), most probable first.
     """
 
     kind: str
@@ -59,14 +59,14 @@ class Verdict:
     ambiguous: Mapping[str, tuple[str, ...]]
 
     def probability(self, name: str) -> float:
-        """Probability that the effect is there: of all sets that hold it."""
+        """Probability that the effect is present: the sum over all sets that contain it."""
         return float(sum(p for names, p in self.hypotheses if name in names))
 
 
 @dataclass(frozen=True, eq=False)
 class RobotDiagnosis:
-    """What was found on one run. `errors`: group -> stage (`before`, `refit`, `after`) -> RMS of
-    what is missing on the part kept back (N, m3/s, m or Pa).
+    """The diagnosis of one run. `errors`: group -> stage (`before`, `refit`, `after`) -> RMS
+    residual on the part that was kept back (N, m3/s, m or Pa).
     """
 
     name: str
@@ -76,14 +76,14 @@ class RobotDiagnosis:
     found: tuple[Found, ...]
     errors: Mapping[str, Mapping[str, float]]
     left_out: Mapping[str, tuple[str, ...]]
-    """Kind of effect -> places at which one of the usual size would not be seen here."""
+    """Kind of effect -> places at which an effect of the usual size would not show here."""
     resembles: str = ""
-    """What an unnamed effect looks like most."""
+    """The kind that an unnamed effect resembles most."""
 
     @property
     def foretells_forces(self) -> bool:
-        """Whether the balance of forces that was kept back misses hardly more with what was found
-        than with a sound machine's tolerances alone: otherwise it is said, but not believed.
+        """Whether the effects predict the kept-back forces about as well as the tolerances of a
+        sound machine do, or better. If not, they are reported but not put into the model.
         """
         force = self.errors[FORCES]
         return force["after"] <= force["refit"] * ALIKE
@@ -101,8 +101,8 @@ def check_duration(time_s: Array, file: Path) -> None:
 
 
 def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotDiagnosis:
-    """What balances, of one recording or of two together, say; `granted`: effects at their places
-    that are not looked for.
+    """The diagnosis from the balances of one recording, or of two together; `granted`: names
+    (effect@place) that are not searched for.
     """
     ledger = Ledger(balances, left_out=granted)
     tried = weighed_by_law(ledger, ledger.best())
@@ -129,13 +129,11 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
 
 
 VISIBLE = 6.0
-"""Ln of the Bayes factor from which an effect would be seen by whoever knows its name."""
+"""Log Bayes factor from which an effect would be visible to someone who knows its name."""
 
 
 def _left_out(ledger: Ledger) -> dict[str, tuple[str, ...]]:
-    """Kinds of effects that have a name, and the places at which these balances would not show
-    them.
-    """
+    """Kind of named effect -> the places at which these balances would not show it."""
     out = {}
     for effect in ALL:
         if effect.is_tolerance:
@@ -162,8 +160,8 @@ def _verdict(
 
 
 def _ambiguous(chosen: Hypothesis, tried: Sequence[Hypothesis]) -> dict[str, tuple[str, ...]]:
-    """For each chosen name, those that could stand in its place within AMBIGUOUS units of
-    belief.
+    """For each chosen name, the names that could replace it at nearly the same evidence
+    (AMBIGUOUS).
     """
     limit = AMBIGUOUS / float(calibration()["share"])
     least = next(h.log_factor for h in tried if h.names == chosen.names) - limit
@@ -181,7 +179,7 @@ def _ambiguous(chosen: Hypothesis, tried: Sequence[Hypothesis]) -> dict[str, tup
 
 
 def _failed(ledger: Ledger, chosen: Hypothesis) -> dict[str, str]:
-    """Names of the chosen set that do not stand their trials, with the reason."""
+    """Names of the chosen set that fail a test, with the reason."""
     width = float(calibration()["width"])
     out, first = {}, 0
     for name in chosen.names:
@@ -201,13 +199,13 @@ def _failed(ledger: Ledger, chosen: Hypothesis) -> dict[str, str]:
 
 
 LEAST_FORESEEN = 2.0
-"""Parts that are kept back must be likelier with an effect by this in ln (E)."""
+"""Least gain in log likelihood of the kept-back parts by an effect (E)."""
 LEAST_WALD = 2.7
-"""1.645 squared: the interval of 90 % of a single number excludes zero."""
+"""1.645 squared: the 90 % interval of a single number excludes zero."""
 
 
 def _without(weights: Mapping[Names, float], failed: Mapping[str, str]) -> dict[Names, float]:
-    """The weights with those of sets that hold a failed name given to the sets without it."""
+    """The weights, with those of sets that contain a failed name moved to the sets without it."""
     out: dict[Names, float] = {}
     for names, weight in weights.items():
         left = tuple(n for n in names if n not in failed)
@@ -217,8 +215,8 @@ def _without(weights: Mapping[Names, float], failed: Mapping[str, str]) -> dict[
 
 
 def _errors(balances: Balances, chosen: Hypothesis, key: str) -> dict[str, float]:
-    """RMS of what a group misses on the part kept back: as believed, with tolerances refitted, with
-    the effects too.
+    """RMS residual of a group on the part that was kept back: as believed, with the tolerances
+    refitted, and with the effects as well.
     """
     group = balances.raw[key]
     kept = group.time_s >= _until(group)
@@ -228,7 +226,7 @@ def _errors(balances: Balances, chosen: Hypothesis, key: str) -> dict[str, float
 
 
 def _scaled(balances: Balances, names: Sequence[str]) -> list[Signature]:
-    """Signatures of a set whose numbers all have a prior size of 1."""
+    """Signatures of a set, scaled to a prior standard deviation of 1 for each number."""
     return [
         {n: change.times(s) for (n, change), s in zip(c.signature.items(), c.spreads, strict=True)}
         for c in (balances.candidates[name] for name in names)
@@ -236,6 +234,6 @@ def _scaled(balances: Balances, names: Sequence[str]) -> list[Signature]:
 
 
 def _until(group: RawGroup) -> float:
-    """Where the part that is kept back begins, s."""
+    """Start of the part that is kept back, s."""
     first, last = float(group.time_s.min()), float(group.time_s.max())
     return first + LEARNT_SHARE * (last - first)

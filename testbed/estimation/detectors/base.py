@@ -4,13 +4,16 @@ A detector is any class with
 
     update(sample) -> scores (4,)
 
-(the higher, the surer that the foot has lost its load; `sample`: see sample.py)
+A higher score means more certainty that the foot has lost its load; `sample`: see sample.py.
+Optional are
 
-and, if it likes, `threshold` (a score from which on a foot counts as lost; `testbed contact-loss`
-sets it), `hold` (a Hold: when a lost foot counts as loaded again), `scaled(force)` (the same for a
-machine whose forces are so many times those of ROBOCLIMBER) and `start(dt_s)`, called before the
-first sample with the seconds between two. Causal, no truth. The same object serves live and over a
-recording, sample by sample. Numbers and threshold live in the detector's own file.
+    threshold      score from which a foot counts as lost; `testbed contact-loss` chooses it
+    hold           a Hold: when a lost foot counts as loaded again
+    scaled(force)  the same detector for a machine whose forces are `force` times ROBOCLIMBER's
+    start(dt_s)    called before the first sample, with the time between two samples, s
+
+A detector is causal and never gets the truth. The same object works live and on a recording, sample
+by sample. Its numbers and its threshold are in its own file.
 """
 
 from __future__ import annotations
@@ -35,8 +38,8 @@ class Hold:
     """When a foot that was called lost counts as loaded again: once its score has been `margin` or
     more below the threshold for `dwell_s`, or `sure_margin` or more for `sure_s`.
 
-    A foot that stands near the threshold crosses it with every blow. Held, its contact
-    state is wrong for longer, but it is one alarm and not twenty.
+    A score near the threshold crosses it with every blow of the drill. A hold turns twenty alarms
+    into one, at the price of a longer wrong state.
     """
 
     margin: float = 0.0
@@ -45,19 +48,19 @@ class Hold:
     sure_s: float = 0.0
 
     def scaled(self, force: float) -> Hold:
-        """The same for scores in N of a machine whose forces are so many times as large."""
+        """The same for scores in N, of a machine whose forces are `force` times as large."""
         return replace(self, margin=force * self.margin, sure_margin=force * self.sure_margin)
 
 
 D = TypeVar("D")
 OF_FORCES = ("N", "kg")
-"""Units of what grows with a machine's weight."""
+"""Units of quantities that scale with the machine's weight."""
 DROP = Hold()
-"""As soon as the score has been below the threshold for as long as a touchdown lasts."""
+"""Loaded again once the score was below the threshold for the duration of a touchdown."""
 
 
 class Detector(Protocol):
-    """The socket."""
+    """The interface that any detector has to offer."""
 
     def update(self, sample: Any) -> Array:
         """Scores (4,) of this sample."""
@@ -75,15 +78,15 @@ class CompiledDetector:
     threshold: float
     hold: Hold
     scored_in: ClassVar[str] = "N"
-    """Unit of score, threshold and hold: N, or 1 for what is the same on a machine of any size."""
+    """Unit of score, threshold and hold: N, or 1 if they do not depend on the machine's size."""
     Numbers: ClassVar[type[Record]]
     State: ClassVar[type[Record]]
     numbers: ClassVar[dict[str, float]]
-    """Values of `Numbers`; set on the tuning scenes where they are not given by the machine."""
+    """Values of `Numbers`: tuned on the tuning scenes, unless they follow from the machine."""
     _loop: ClassVar[Any]
 
     def __init_subclass__(cls, step: Any) -> None:
-        """Compile the loop over samples and feet when it is first needed."""
+        """Prepare the loop over samples and feet, which is compiled at its first use."""
         cls._loop = staticmethod(njit_over(_detect, step))
 
     def __init__(self, **numbers: float) -> None:
@@ -93,7 +96,7 @@ class CompiledDetector:
         self.start(1.0e-3)
 
     def scaled(self, force: float) -> Self:
-        """The same for a machine whose forces and masses are so many times as large."""
+        """The same detector for a machine whose forces and masses are `force` times as large."""
         units = {column.name: column.unit for column in self.Numbers.columns()}
         other = type(self)(
             **{k: force * v if units[k] in OF_FORCES else v for k, v in self._given.items()}
@@ -101,7 +104,7 @@ class CompiledDetector:
         return scaled_limits(other, force) if self.scored_in in OF_FORCES else other
 
     def start(self, dt_s: float) -> None:
-        """Forget everything; `dt_s` lies between two samples."""
+        """Reset the state; `dt_s`: time between two samples, s."""
         self._dt_s, self._state = dt_s, self.State.zeros(len(LEGS))
 
     def update(self, sample: Any) -> Array:
@@ -120,9 +123,7 @@ class CompiledDetector:
 
 
 def scaled_limits(detector: D, force: float) -> D:
-    """A detector whose scores are forces, with threshold and hold for forces so many times as
-    large.
-    """
+    """The detector, whose scores are forces, with its threshold and hold multiplied by `force`."""
     limits: Any = detector
     limits.threshold = force * limits.threshold
     if hasattr(limits, "hold"):
@@ -131,7 +132,7 @@ def scaled_limits(detector: D, force: float) -> D:
 
 
 step: Any = None
-"""In `_detect`, the detector's own."""
+"""Placeholder: in `_detect`, njit_over puts the detector's own step in its place."""
 
 
 def _detect(samples: Any, numbers: Any, state: Any, dt_s: float, scores: Any) -> None:
@@ -141,23 +142,23 @@ def _detect(samples: Any, numbers: Any, state: Any, dt_s: float, scores: Any) ->
 
 
 def start(detector: Any, dt_s: float) -> None:
-    """Tell a detector that a run begins, if it wishes to know."""
+    """Call the detector's `start`, if it has one."""
     if hasattr(detector, "start"):
         detector.start(dt_s)
 
 
 def scaled(detector: Any, force: float) -> Any:
-    """A detector for a machine whose forces are so many times as large; itself where it has no
-    scale.
+    """The detector for a machine whose forces are `force` times as large; the same object if it has
+    no `scaled`.
     """
     return detector.scaled(force) if hasattr(detector, "scaled") else detector
 
 
 def scores_over(detector: Any, samples: NDArray[Any]) -> Array:
-    """A detector's scores (n, 4) over samples (n,), sample by sample unless it does that better
-    itself. One that is asked sample by sample is handed copies, which it may keep and write to.
+    """The scores (n, 4) of a detector for samples (n,): by its own `scores` if it has one, else
+    sample by sample, of copies that it may keep and modify.
 
-    Raises InputError for an answer of another form.
+    Raises InputError for scores of another shape.
     """
     if hasattr(detector, "scores"):
         whole: Array = numbers_of(

@@ -69,6 +69,7 @@ class FootState(Record):
     flight = quantity("N", "level of the flights so far")
     spread = quantity("N", "how far that may have moved by the next flight")
     flights = quantity("1", "how many there were")
+    watched = quantity("1", "1 where the loss that began the flight that is on was seen")
 
 
 QUIET = 0.5
@@ -278,6 +279,7 @@ def judge(state: Any, dt: float, foot: Any) -> None:
         if state.settled != 0.0:  # else it is the flight before that goes on
             state.lowest = state.middle
         state.flying = state.height = 0.0
+        state.watched = 1.0
     elif state.flying >= SHORTEST_FLIGHT_S:
         learn(state, foot)
     state.contact, state.since, state.settled = 1.0 - state.contact, 0.0, 0.0
@@ -285,10 +287,15 @@ def judge(state: Any, dt: float, foot: Any) -> None:
 
 @njit
 def learn(state: Any, foot: Any) -> None:
-    """The flight level after a flight, and how far it moves from one to the next."""
+    """The flight level after a flight, and how far it moves from one to the next.
+
+    A flight that was on already at the first sample says where its level is, and not how far an
+    unloading foot leaves it from there: seals may have relaxed before.
+    """
     most = MOST_OFFSET * foot.nominal_load
     level = min(max(state.lowest, -most), most)
-    moved = MOVED * abs(level - state.flight)
-    state.spread = max(moved, SWING * state.height, FORGET * state.spread)
+    moved = max(MOVED * abs(level - state.flight), SWING * state.height)
+    kept = FORGET if state.watched != 0.0 else 1.0
+    state.spread = max(moved, kept * state.spread)
     state.flight += (FIRST_TRUST if state.flights == 0.0 else TRUST) * (level - state.flight)
     state.flights += 1.0

@@ -1,8 +1,8 @@
-"""The errors of the cylinders' forces as the filter of fusion.py estimates them: how its unknowns
-add up to the error of one force, and what a foot's contact tells of them. Compiled.
+"""The errors of the cylinder forces as the filter of fusion.py estimates them: how its unknowns add
+up to the error of one force, and what the contact of a foot says about them. Compiled.
 
-A cylinder goes by its place in AXES (0 to 11), a leg by its place in LEGS. `weights` (fusion.N) is
-the row of an observation: how much of every unknown is in the force that is seen, N.
+Cylinders are numbered as in AXES (0 to 11), legs as in LEGS. `weights` (fusion.N) is the row of an
+observation: the derivative of the observed force by every unknown of the filter.
 """
 
 from __future__ import annotations
@@ -22,10 +22,12 @@ UP = 2
 
 
 @njit
-def weigh_cylinder(cylinder: int, weight: float, axis: Any, weights: Any) -> None:
-    """How the unknowns of a cylinder, by `weight`, make up a force that is seen: into `weights`.
+def write_cylinder_weights(cylinder: int, weight: float, axis: Any, weights: Any) -> None:
+    """Write into `weights` how the unknowns of a cylinder enter an observed force, of which the
+    cylinder's force is the part `weight`.
 
-    axis: its AxisState, whose `use` says how much of either side's friction is in its force.
+    axis: its AxisState; `use` is the share of its friction that acts, positive extending and
+    negative retracting.
     """
     weights[fu.ZERO + cylinder] = weights[fu.DEVIATION + cylinder] = weight
     weights[fu.OUT + cylinder] = weight * max(axis.use, 0.0)
@@ -34,11 +36,11 @@ def weigh_cylinder(cylinder: int, weight: float, axis: Any, weights: Any) -> Non
 
 
 @njit
-def weigh_leg(leg: int, by_cylinder: Any, state: Any, weights: Any) -> None:
-    """The same of a leg whose three cylinders' forces weigh `by_cylinder` (3)."""
+def write_leg_weights(leg: int, by_cylinder: Any, state: Any, weights: Any) -> None:
+    """The same for the three cylinders of a leg, with the weights `by_cylinder` (3)."""
     for joint in range(len(JOINTS)):
         cylinder = ROTATION[leg] + joint
-        weigh_cylinder(cylinder, by_cylinder[joint], state.axes[cylinder], weights)
+        write_cylinder_weights(cylinder, by_cylinder[joint], state.axes[cylinder], weights)
 
 
 @njit
@@ -53,7 +55,7 @@ def force_error(cylinder: int, state: Any) -> float:
 
 @njit
 def leg_variance(covariance: Any, weights: Any, leg: int) -> float:
-    """Variance of what an observation's `weights` make of a leg's cylinders, N2."""
+    """Variance of an observed force due to the cylinders of one leg, N2."""
     groups, first = (fu.ZERO, fu.OUT, fu.BACK, fu.SIDE, fu.DEVIATION), ROTATION[leg]
     total = 0.0
     for group in groups:
@@ -65,9 +67,10 @@ def leg_variance(covariance: Any, weights: Any, leg: int) -> float:
 
 
 @njit
-def told_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
-    """Of a leg's force that `weights` observe, N2: as much of the filter's variance as is told (all
-    of it where the balance is doubted), and the noise of a filtered load.
+def reported_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
+    """Variance to report for a foot force, N2: a share of the filter's variance (`told_share`
+    of the belief, less while the leg has never slid, all of it where the balance is doubted) and
+    the noise of the filtered load.
     """
     share = body.told_share
     if state.axes[VERTICAL[leg]].has_slid == 0.0:
@@ -77,13 +80,13 @@ def told_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
     return float(share * share * variance + body.noise_sd * body.noise_sd)
 
 
-# What contact tells of a foot's force: in the air it is nothing, on the ground it pushes and does
-# not pull.
+# What contact says about the force on a foot: it is zero in the air; on the ground it pushes and
+# never pulls.
 
 
 @njit
 def is_in_air(leg: int, row: Any, body: Any, state: Any) -> bool:
-    """Whether a leg's foot is in the air by now; counts for how long."""
+    """Whether the foot of a leg is in the air now; counts for how long, s."""
     up = state.means.foot_force[leg, UP] - force_error(VERTICAL[leg], state)
     off = bool(row.carrying[leg] < SET and abs(up) < body.air_load)
     dt = body.every * body.decisions.dt
@@ -93,19 +96,20 @@ def is_in_air(leg: int, row: Any, body: Any, state: Any) -> bool:
 
 @njit
 def learn_in_air(leg: int, map_: Any, body: Any, state: Any) -> None:
-    """Three observations: a leg's foot carries nothing. map_ (3, 3): leg_map."""
+    """Observe that the foot of a leg carries nothing, along three axes. map_ (3, 3): leg_map."""
     weights = np.zeros(fu.N)
     slides = state.axes[VERTICAL[leg]].slides >= 1.0
-    for way in range(3):
-        weigh_leg(leg, map_[way], state, weights)
-        force, learns = state.means.foot_force[leg, way], way == UP and slides
+    for along in range(3):
+        write_leg_weights(leg, map_[along], state, weights)
+        force, learns = state.means.foot_force[leg, along], along == UP and slides
         fu.observe(state.fusion, weights, force, body.air_sd**2, body.gate, learns)
 
 
 @njit
 def learn_no_pull(maps: Any, body: Any, state: Any) -> None:
-    """One observation of every foot that seems to pull: it carries nothing; maps (4, 3, 3):
-    leg_map. Constants learn nothing from it: it is known of them only that they were too small.
+    """Observe that every foot that seems to pull carries nothing; maps (4, 3, 3): leg_map.
+
+    Constants are not updated: such a foot only bounds them from below.
     """
     weights = np.zeros(fu.N)
     for leg in range(len(LEGS)):
@@ -115,5 +119,5 @@ def learn_no_pull(maps: Any, body: Any, state: Any) -> None:
             up -= maps[leg, UP, joint] * force_error(ROTATION[leg] + joint, state)
         if up < 0.0:
             weights[:] = 0.0
-            weigh_leg(leg, maps[leg, UP], state, weights)
+            write_leg_weights(leg, maps[leg, UP], state, weights)
             fu.observe(state.fusion, weights, force, body.air_sd**2, body.gate, False)

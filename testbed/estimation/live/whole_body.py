@@ -1,10 +1,10 @@
-"""The whole-body estimate, live and compiled: three cylinders of each leg -> three-dimensional foot
-force -> body.
+"""The whole-body estimate, live and compiled: from the cylinders' forces to the feet and the body.
 
-Every step (1 kHz): axis.py gives each cylinder's force; the legs' equations of motion
-(robot/loads/foot_forces.py: weight and inertia of the frames, linkage) turn three cylinder forces
-into the ground's force on the foot. Every so many steps fusion.py learns what the cylinders' forces
-are off by. Forces are ground on foot, body frame, N.
+Every step (1 kHz), axis.py estimates the force of each cylinder, and the equations of motion of the
+leg (robot/loads/foot_forces.py: linkage, weight and inertia of the frames) turn the forces of its
+three cylinders into the force of the ground on its foot. Every `body.every` steps, fusion.py
+updates the estimated errors of the cylinder forces from the balance of the whole body. Foot forces
+are those of the ground on the foot, body frame, N.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from testbed.estimation.live.cylinder_errors import (
     is_in_air,
     learn_in_air,
     learn_no_pull,
-    told_variance,
-    weigh_cylinder,
-    weigh_leg,
+    reported_variance,
+    write_cylinder_weights,
+    write_leg_weights,
 )
 from testbed.estimation.live.wrench import (
     MOMENT,
@@ -49,19 +49,19 @@ from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads import foot_forces as ff
 
 LEVEL_SHARE = 0.15
-"""What a sample weighs in the filtered forces along x and y."""
+"""Weight of a new sample in the low-pass filter of the forces along x and y, 1."""
 UNSTEADY = 0.7
-"""Of what the body's acceleration asks for more or less than at the last balance, how much this one
-may be off by (E).
+"""Share of the change of the body's inertial force since the last balance that counts as the
+standard deviation of this one (E).
 """
 SMALL_RAD = 1.0e-4
-"""Turn by which it is tried out what a turned inertial unit does."""
+"""Step of the numerical derivative by the misalignment of the inertial unit, rad."""
 
 
 @njit
-def expect_sizes(row: Any, body: Any, state: Any) -> None:
-    """How large what is to be learnt may be by now, from the means since the last balance, into
-    fusion.sizes.
+def update_sizes(row: Any, body: Any, state: Any) -> None:
+    """Fill fusion.sizes: how large the unknowns of the filter may have become since the last
+    balance, from the means over that time.
     """
     sizes, means, dt = state.fusion.sizes, state.means, body.every * body.decisions.dt
     warm = row.oil_temperature - body.calibrated_at
@@ -97,16 +97,18 @@ def expect_sizes(row: Any, body: Any, state: Any) -> None:
 
 @njit
 def take_means(body: Any, state: Any) -> Any:
-    """Turn the sums into means; returns the body's angular acceleration (3), rad/s2. News of a
-    piston at rest: the change of its mean force.
+    """Turn the sums since the last balance into means, and clear the sums.
+
+    Returns the body's angular acceleration (3), rad/s2. Also sets `sizes.news` of every vertical
+    piston at rest, from the change of its mean force, and `state.unsteady`, N.
     """
     sums, means, sizes, count = state.sums, state.means, state.fusion.sizes, state.count
-    turning, started = np.zeros(3), state.started != 0.0
+    angular_acceleration, started = np.zeros(3), state.started != 0.0
     dt = body.every * body.decisions.dt
     change = 0.0
     for index in range(3):
         rate = sums.angular_rate[index] / count
-        turning[index] = (rate - means.angular_rate[index]) / dt if started else 0.0
+        angular_acceleration[index] = (rate - means.angular_rate[index]) / dt if started else 0.0
         means.angular_rate[index] = rate
         felt = sums.specific_force[index] / count
         change += (felt - means.specific_force[index]) ** 2
@@ -130,19 +132,20 @@ def take_means(body: Any, state: Any) -> Any:
         means.cylinder_force[i] = force
         sums.cylinder_force[i] = 0.0
     state.count = 0.0
-    return turning
+    return angular_acceleration
 
 
 @njit
 def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
-    """One fusion: what the cylinders' forces are off by, from the means since the last one; arms
-    (12) m/rad or 1.
+    """One step of the filter: the errors of the cylinder forces, from the means since the last one.
+
+    arms (12): the rod's way by the joint's, m/rad for rotations and 1 otherwise.
     """
     first, fusion = state.started == 0.0, state.fusion
     if first:
         state.doubt = doubt.NONE
-    turning = take_means(body, state)
-    expect_sizes(row, body, state)
+    angular_acceleration = take_means(body, state)
+    update_sizes(row, body, state)
     if first:
         fu.start(fusion, body.known)
         state.started = 1.0
@@ -156,7 +159,7 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
             if state.in_air[leg] >= body.air_dwell and body.learns_in_air != 0.0:
                 learn_in_air(leg, maps[leg], body, state)
     if body.balances != 0.0:
-        balance_body(row, turning, maps, on_ground, body, state)
+        balance_body(row, angular_acceleration, maps, on_ground, body, state)
     if body.only_pushes != 0.0:
         learn_no_pull(maps, body, state)
     fu.stay_in_sets(fusion)
@@ -165,22 +168,25 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
     weights = np.zeros(fu.N)
     for leg in range(len(LEGS)):
         for axis in range(3):
-            weigh_leg(leg, maps[leg, axis], state, weights)
-            state.force_sd[leg, axis] = math.sqrt(told_variance(leg, weights, body, state))
+            write_leg_weights(leg, maps[leg, axis], state, weights)
+            state.force_sd[leg, axis] = math.sqrt(reported_variance(leg, weights, body, state))
 
 
 @njit
-def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, state: Any) -> None:
-    """The six equations: feet that carry, weight, ropes and drill add up to nothing but the
-    balance's own error.
+def balance_body(
+    row: Any, angular_acceleration: Any, maps: Any, on_ground: Any, body: Any, state: Any
+) -> None:
+    """Observe the body's six equations: the wrenches of the feet that carry, of weight, ropes and
+    drill sum to zero, but for the error of the balance itself.
 
-    Constants are learnt from those of them that vertical cylinders make up, while these slide and
-    no drill pushes: at rest friction hides as much as there is to learn, and hides it for long. The
-    less steadily the body goes the less they are believed: seals, encoders and pressures follow the
-    start of a motion each in its own time, the same way at every start.
+    Constants (zeros, masses, rope directions) are learnt only from the equations that the vertical
+    cylinders dominate, and only while these slide and the drill does not push: at rest, friction
+    may hide as much as there is to learn. The variance of these equations grows with the change of
+    the body's acceleration, since seals, encoders and pressures respond to the start of a motion
+    with different delays.
     """
     rows = np.zeros((6, fu.N))
-    wrench = weigh_body(row, turning, body, state, rows)
+    wrench = write_body_wrench(row, angular_acceleration, body, state, rows)
     point, column, effect = np.empty(3), np.empty(3), np.empty(6)
     slides = True
     for leg in range(len(LEGS)):
@@ -197,7 +203,7 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
             effect[:] = 0.0
             add_force(effect, column, point)
             for equation in range(6):
-                weigh_cylinder(cylinder, effect[equation], axis_state, rows[equation])
+                write_cylinder_weights(cylinder, effect[equation], axis_state, rows[equation])
     variance = np.empty(6)
     for equation in range(6):
         rows[equation, fu.BALANCE + equation] = 1.0
@@ -219,18 +225,18 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
 
 
 @njit
-def weigh_body(row: Any, turning: Any, body: Any, state: Any, rows: Any) -> Any:
-    """Wrench (6) of weight, ropes and drill as believed, and into rows (6, N) what makes it differ
-    from the true one.
+def write_body_wrench(row: Any, angular_acceleration: Any, body: Any, state: Any, rows: Any) -> Any:
+    """Return the believed wrench (6) of weight, ropes and drill on the body, N and N m, and write
+    its derivatives by the filter's unknowns into rows (6, N).
     """
     means, roll, pitch = state.means, body.unit_roll, body.unit_pitch
     attitude, felt, tension = row.attitude, means.specific_force, means.rope_tension
     view = view_of(attitude, felt, roll, pitch, body.gravity)
-    wrench = other_wrench(row, view, turning, tension, body)
+    wrench = other_wrench(row, view, angular_acceleration, tension, body)
     for axis in range(2):
         turn = (SMALL_RAD, 0.0) if axis == 0 else (0.0, SMALL_RAD)
         other = view_of(attitude, felt, roll + turn[0], pitch + turn[1], body.gravity)
-        turned = other_wrench(row, other, turning, tension, body)
+        turned = other_wrench(row, other, angular_acceleration, tension, body)
         for index in range(6):
             rows[index, fu.UNIT + axis] = (wrench[index] - turned[index]) / SMALL_RAD
     moment = np.zeros(3)
@@ -240,14 +246,14 @@ def weigh_body(row: Any, turning: Any, body: Any, state: Any, rows: Any) -> Any:
         moment[k] = 1.0
         put_moment(rows, fu.MOMENT + k, moment, view.specific_force)
     for k in range(2):
-        weigh_rope(k, view, tension[k], body, rows)
+        write_rope_errors(k, view, tension[k], body, rows)
     return wrench
 
 
 @njit
-def weigh_rope(k: int, view: View, tension: float, body: Any, rows: Any) -> None:
-    """What rope k's wrench is off by, into rows (6, N): direction, load pin, height at which it
-    pulls.
+def write_rope_errors(k: int, view: View, tension: float, body: Any, rows: Any) -> None:
+    """Write the derivatives of rope k's wrench by its unknowns into rows (6, N): azimuth and
+    elevation, gain and zero of the load pin, height of the attachment.
     """
     if tension <= 0.0:
         return
@@ -269,7 +275,7 @@ def weigh_rope(k: int, view: View, tension: float, body: Any, rows: Any) -> None
 
 @njit
 def put_force(rows: Any, column: int, direction: Any, size: float, point: Any) -> None:
-    """Into a column of rows (6, N): a force of this size along a direction (3) at a point (3)."""
+    """Write the wrench of a force, `size` along `direction` at `point`, into a column of rows."""
     wrench, force = np.zeros(6), np.empty(3)
     for index in range(3):
         force[index] = size * direction[index]
@@ -280,7 +286,7 @@ def put_force(rows: Any, column: int, direction: Any, size: float, point: Any) -
 
 @njit
 def put_moment(rows: Any, column: int, lever: Any, force: Any) -> None:
-    """Into a column of rows (6, N): the moment of a force (3) at a lever (3), without the force."""
+    """Write the moment alone of `force` (3) at `lever` (3) into a column of rows (6, N)."""
     wrench = np.zeros(6)
     add_force(wrench, force, lever)
     for index in range(3, 6):
@@ -289,8 +295,8 @@ def put_moment(rows: Any, column: int, lever: Any, force: Any) -> None:
 
 @njit
 def step_body(row: Any, body: Any, state: Any) -> None:
-    """One step of all: reads the measured part of a DataRow, writes its own estimates (N);
-    BodyBelief, BodyState.
+    """Advance the estimate by one step: reads the measured part of `row` (a DataRow) and writes its
+    `own` estimates, N. body, state: BodyBelief and BodyState.
     """
     extension, arms = np.empty(12), np.empty(12)
     joint_to_cylinder(row.position, body.linkages, extension, arms)
@@ -299,7 +305,7 @@ def step_body(row: Any, body: Any, state: Any) -> None:
         axis = state.axes[index]
         readings = row.pressure_a[index], row.pressure_b[index], extension[index]
         loads = loads_of(index, state.last_force[index // 3], arms[index])
-        # What its cylinders seem to push is friction.
+        # A foot in the air carries no load: what its cylinders seem to push is friction.
         if state.in_air[index // 3] >= body.air_dwell:
             loads = Loads(0.0, 0.0)
         step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[index], axis)
@@ -325,7 +331,9 @@ def step_body(row: Any, body: Any, state: Any) -> None:
 
 @njit
 def loads_of(axis: int, foot_force: Any, arm: float) -> Loads:
-    """What acts on an axis' rod, by its arm, from the last step's force (3) on its foot."""
+    """The loads on the rod of an axis, from the force (3) on its foot in the last step and the arm
+    of its linkage.
+    """
     if axis % 3 == 2:
         across = math.sqrt(foot_force[0] ** 2 + foot_force[1] ** 2)
         return Loads(foot_force[2] / arm, across)
@@ -334,7 +342,7 @@ def loads_of(axis: int, foot_force: Any, arm: float) -> Loads:
 
 @njit
 def gather(row: Any, force: Any, state: Any) -> None:
-    """Add this step to the sums; one with a missing sample teaches nothing."""
+    """Add this step to the sums of the next balance; a step with a missing sample is left out."""
     sums = state.sums
     whole = row.rope_tension[0] + row.rope_tension[1]
     for index in range(4):
@@ -357,8 +365,8 @@ def gather(row: Any, force: Any, state: Any) -> None:
 
 @njit
 def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
-    """What is learnt taken off the legs' forces (4, 3), filtered, with its uncertainty, into the
-    row.
+    """Subtract the estimated errors from the foot forces (4, 3), filter them, and write them into
+    the row with their uncertainty.
     """
     map_, loads, own, interval = np.empty((3, 3)), np.empty(4), row.own, row.estimate_own
     for leg in range(len(LEGS)):
@@ -390,7 +398,7 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
 
 @njit
 def bounds(leg: int, load: float, body: Any, state: Any, interval: Any) -> None:
-    """How sure the load (N) of a leg's foot is, into the row's Interval."""
+    """Write the standard deviation and the 90 % interval of a foot's load (N) into `interval`."""
     variance = state.filters[leg].estimate.variance
     variance += (state.axes[VERTICAL[leg]].slides * body.moving_sd) ** 2
     sd = math.sqrt(state.force_sd[leg, UP] ** 2 + variance)

@@ -210,8 +210,14 @@ def _scaled(label: str, unit: str, factor: float, names: tuple[str, ...]) -> Ite
     )
 
 
-def check_balance(forces: Forces, names: Mapping[str, str]) -> Iterator[Finding]:
-    """The one change of sign, scale or place that the force balance calls for, if there is one."""
+def check_balance(
+    forces: Forces, names: Mapping[str, str], near: tuple[float, float] = NEAR_SCALE
+) -> Iterator[Finding]:
+    """The one change of sign, scale or place that the force balance calls for, if there is one.
+
+    near: factors between which another scale of one channel is a warning, for the reference is no
+    better known.
+    """
     as_it_is = forces.misfit({})
     if as_it_is < WORST:
         return
@@ -226,6 +232,7 @@ def check_balance(forces: Forces, names: Mapping[str, str]) -> Iterator[Finding]
         if (silent is None or silent in trial[1].change)
         and _called_for(trial[1].change, as_it_is, trial[0])
         and _at_work(forces, trial[1].change)
+        and _reads_negative(forces, trial[1].change)
         and leaves_fewer_newtons(forces, trial[1].change)
     ]
     if silent is not None and not trials:
@@ -233,7 +240,7 @@ def check_balance(forces: Forces, names: Mapping[str, str]) -> Iterator[Finding]
         return
     scales = [] if silent is not None else _other_scales(forces, names, as_it_is)
     if not trials or (scales and scales[0][0] < FAR_BETTER * trials[0][0]):
-        yield from _scaled_or_open(forces, scales, as_it_is)
+        yield from _scaled_or_open(forces, scales, as_it_is, near)
         return
     best = trials[0][0]
     alike = [change for left, change in trials if left <= max(ALIKE * best, best + 0.1 * WORST)]
@@ -269,6 +276,15 @@ def _at_work(forces: Forces, change: Change) -> bool:
         abs(factor) * _highest_pa(forces, name) >= SMALLEST_PA
         for name, factor in change.items()
         if name.startswith("pressure") and abs(factor) < 1.0
+    )
+
+
+def _reads_negative(forces: Forces, change: Change) -> bool:
+    """Whether the pressures whose sign a change turns read below 0, as no sound gauge does."""
+    return all(
+        float(np.median(forces.even.series[name])) < 0.0
+        for name, factor in change.items()
+        if name.startswith("pressure") and factor < 0.0
     )
 
 
@@ -321,7 +337,12 @@ def _says_nothing(label: str, as_it_is: float) -> Finding:
     )
 
 
-def _scaled_or_open(forces: Forces, scales: Sequence[Scale], as_it_is: float) -> Iterator[Finding]:
+def _scaled_or_open(
+    forces: Forces,
+    scales: Sequence[Scale],
+    as_it_is: float,
+    near: tuple[float, float] = NEAR_SCALE,
+) -> Iterator[Finding]:
     """The channel that wants another factor than that of a unit; or that nothing mends a balance
     which is far from closing.
     """
@@ -331,8 +352,9 @@ def _scaled_or_open(forces: Forces, scales: Sequence[Scale], as_it_is: float) ->
         left, label, factor = far[0]
         others = ", ".join(f"{other}: by {by:.3g}" for _, other, by in far[1:])
         declared = "moving mass" if label == "actuator_force" else "bore"
+        no_wonder = any(near[0] < by < near[1] for _, _, by in far)
         yield Finding(
-            "error",
+            "warning" if no_wonder else "error",
             label,
             f"has another scale: the forces balance once it is multiplied by {factor:.3g}"
             + (f" (or {others})" if others else ""),

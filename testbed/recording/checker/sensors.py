@@ -53,12 +53,13 @@ def check_numbers(raw: Raw) -> Iterator[Finding]:
             )
         elif bad.any():
             first, last = np.flatnonzero(bad)[[0, -1]]
+            bridged = raw.rig == "foot" and name == "force"
             yield Finding(
-                "error",
+                "warning" if bridged else "error",
                 name,
                 "is not a number",
                 f"{int(bad.sum())} rows, first row {first}",
-                "leave these rows out",
+                "detect holds its state there" if bridged else "leave these rows out",
                 float(raw.time_s[first]),
                 float(raw.time_s[last]),
             )

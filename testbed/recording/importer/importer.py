@@ -7,11 +7,12 @@ SI; a pressure in V keeps its calibration.
 
 from __future__ import annotations
 
+import csv
 import io
 import os
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -36,12 +37,16 @@ ENDINGS = ".csv, .tsv, .txt, .dat, .parquet, .mcap"
 MAP = "YAML: quantity -> {column, unit, scale, offset}, and rig, known, reference_force"
 SNIFFED = 50
 """Lines from which the separator is told."""
+MISSING = ["", "NA", "N/A", "#N/A", "n/a", "#NV", "NaN", "nan", "NAN", "-nan", "null", "NULL"]
+"""What stands in a cell that has no number."""
+_TIME_OF_DAY = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d+))?")
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
-def read_any(path: Path, wanted: Mapping[str, str]) -> dict[str, Array]:
+def read_any(path: Path, wanted: Mapping[str, str], held: Collection[str] = ()) -> dict[str, Array]:
     """The `wanted` columns (n,), name -> the map's unit, of a CSV, Parquet or MCAP file; a cell
-    that is empty or no number is NaN.
+    that is empty or says that it has no number (MISSING) is NaN. `held`: columns that keep their
+    value until the next message, where an MCAP has them in another topic than most.
 
     Raises InputError: no such file, an ending that is not known, a column that is not there, dates
     or times of day in another unit than s.
@@ -49,7 +54,7 @@ def read_any(path: Path, wanted: Mapping[str, str]) -> dict[str, Array]:
     if not path.is_file():
         raise InputError("no such file", file=path, allowed=ENDINGS)
     if path.suffix == ".mcap":
-        return read_mcap(path, wanted)
+        return read_mcap(path, wanted, held)
     if path.suffix == ".parquet":
         names, table = open_series(path, wanted)
     elif path.suffix in (".csv", ".tsv", ".txt", ".dat"):
@@ -90,14 +95,15 @@ def _read_text(path: Path) -> Any:
     doubled = {name for name in names if names.count(name) > 1}
     if doubled:
         raise InputError(f"has two columns {sorted(doubled)[0]!r}", file=path)
-    comma = separator != "," and any(re.search(r"\d,\d", line) for line in lines[:SNIFFED])
+    cells = [cell for line in lines[:SNIFFED] for cell in _cells(line, separator)]
+    comma = any("," in cell and _NUMBER.fullmatch(cell) for cell in cells)
     try:
         return pa.csv.read_csv(
             io.BytesIO("\n".join(lines).encode()),
             read_options=pa.csv.ReadOptions(column_names=names),
             parse_options=pa.csv.ParseOptions(delimiter=separator),
             convert_options=pa.csv.ConvertOptions(
-                decimal_point="," if comma else ".", null_values=["", "NA", "NaN", "nan", "null"]
+                decimal_point="," if comma else ".", null_values=MISSING
             ),
         )
     except pa.ArrowException as error:
@@ -105,7 +111,8 @@ def _read_text(path: Path) -> Any:
 
 
 def _cells(line: str, separator: str) -> list[str]:
-    return [cell.strip().strip('"') for cell in line.split(separator)]
+    """The cells of a line without blanks and quotes; a separator within quotes parts nothing."""
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
 
 
 def _decoded(path: Path) -> str:
@@ -125,7 +132,8 @@ def _separator(lines: Sequence[str], path: Path) -> str:
     """The first separator that parts all lines into equally many cells."""
     for separator in SEPARATORS:
         counts = {
-            len(line.split() if separator == " " else line.split(separator)) for line in lines
+            len(_cells(" ".join(line.split()) if separator == " " else line, separator))
+            for line in lines
         }
         if len(counts) == 1 and counts != {1}:
             return separator
@@ -158,7 +166,18 @@ def _numbers(column: Any, name: str, unit: str, path: Path) -> Array:
     try:  # not safe: nanoseconds since 1970 have more digits than a float64, which then rounds
         return np.asarray(column.cast("float64", safe=False).to_numpy(), dtype=np.float64)
     except (pa.ArrowException, ValueError) as error:
-        raise InputError(f"column {name!r} is not numbers: {error}", file=path) from error
+        raise InputError(
+            f"column {name!r} is not numbers{_first_other(column)}",
+            file=path,
+            allowed=f"numbers, times of day, ISO dates, or {', '.join(MISSING[1:5])} for none",
+        ) from error
+
+
+def _first_other(column: Any) -> str:
+    """In words where a column of text first holds what is no number."""
+    cells = enumerate(map(str, column.to_pylist()), 1)
+    other = ((row, cell) for row, cell in cells if not _NUMBER.fullmatch(cell.strip()))
+    return next((f": {cell!r} in row {row}" for row, cell in other if cell != "None"), "")
 
 
 def _stamps_ns(column: Any) -> Any:
@@ -174,6 +193,8 @@ def _stamps_ns(column: Any) -> Any:
         column = column.cast(pa.time64("ns"))
     elif pa.types.is_duration(kind):
         column = column.cast(pa.duration("ns"))
+    elif pa.types.is_string(kind):
+        return _times_of_day(column.to_pylist())
     else:
         return None
     ticks = column.cast("int64")
@@ -183,8 +204,28 @@ def _stamps_ns(column: Any) -> Any:
     return stamps
 
 
+def _times_of_day(cells: list[str | None]) -> Any:
+    """Texts like 23:59:59.125 as timedelta64[ns] (n,), NaT where one is missing; None where a text
+    is something else.
+    """
+    stamps = np.full(len(cells), np.timedelta64("NaT", "ns"))
+    for row, cell in enumerate(cells):
+        if cell is None:
+            continue
+        found = _TIME_OF_DAY.fullmatch(cell.strip())
+        if found is None:
+            return None
+        hours, minutes, seconds = (int(part) for part in found.groups()[:3])
+        whole = 3600 * hours + 60 * minutes + seconds
+        nanoseconds = int((found[4] or "0")[:9].ljust(9, "0"))
+        stamps[row] = np.timedelta64(whole * 10**9 + nanoseconds, "ns")
+    return stamps
+
+
 FIELDS = ("rig", "known", REFERENCE, "sample_rate_hz", "description", "source", "licence")
 """What of a map goes into recording.yaml as it is; every other key is a quantity."""
+HELD = ("valve_", "contact", "carrying_")
+"""How quantities begin that hold between samples."""
 ROBOTS = ("surveyed", "scenario", "seed", "task")
 
 
@@ -229,7 +270,8 @@ def import_file(file: str | Path, map_file: str | Path, out: str | Path) -> Find
     wanted = {source.column: source.unit for source in sources.values()}
     if reference is not None and reference.column:
         wanted.setdefault(reference.column, reference.unit or "N")
-    raw = read_any(file, wanted)
+    held = {s.column for name, s in sources.items() if name.startswith(HELD)}
+    raw = read_any(file, wanted, held)
     columns = {name: _converted(raw[source.column], source) for name, source in sources.items()}
     if reference is not None and reference.column:
         columns[REFERENCE] = _converted(raw[reference.column], reference)

@@ -2,7 +2,8 @@
 `/joint.position.0`.
 
 Messages of several topics come at different times: rows are the messages of the topic from which
-most columns come; the others are drawn straight between their messages. Before the first message of
+most columns come; the others are interpolated linearly between their messages, or held until the
+next one: what is either one of two values, and what the caller names. Before the first message of
 another topic, behind its last one and where its messages are missing nobody knows its values: there
 are no such rows. `log_time` and `publish_time` are ns since the first message.
 """
@@ -24,13 +25,16 @@ CLOCKS = ("log_time", "publish_time")
 GAP_STEPS, GAP_NS = 3.5, 2.0e7
 """Messages farther apart than so many usual steps, and than this, have others missing in between.
 """
+TWO = 2
+"""Distinct values of a column that switches."""
 MOST_UNPACKED, MOST_OF_A_CHUNK = 1_000_000_000, 100_000_000
 """Bytes of messages in a file, and of a chunk, which is unpacked whole."""
 
 
-def read_mcap(path: Path, wanted: Collection[str]) -> dict[str, Array]:
-    """The `wanted` columns (n,). Raises InputError where the package is missing, or the file, a
-    topic or a field.
+def read_mcap(path: Path, wanted: Collection[str], held: Collection[str] = ()) -> dict[str, Array]:
+    """The `wanted` columns (n,), those of `held` held between their messages.
+
+    Raises InputError where the package is missing, or the file, a topic or a field.
     """
     fields = [name for name in wanted if name not in CLOCKS]
     found: dict[str, list[float]] = {name: [] for name in fields}
@@ -50,7 +54,13 @@ def read_mcap(path: Path, wanted: Collection[str]) -> dict[str, Array]:
     owner = {name: _topic(name, times, topics, path) for name in fields}
     if not owner:
         raise InputError("no column names a topic", file=path, allowed="/topic.field")
-    return _aligned(found, owner, times, published, path)
+    series = {name: np.asarray(values, dtype=np.float64) for name, values in found.items()}
+    steps = {
+        name
+        for name, values in series.items()
+        if len(np.unique(values[np.isfinite(values)])) <= TWO
+    }
+    return _aligned(series, owner, times, published, steps.union(held), path)
 
 
 def _messages(path: Path) -> Iterator[tuple[Any, Any]]:
@@ -124,6 +134,8 @@ def _field(tree: Any, field: str, path: Path) -> float:
             node = node[int(part)] if isinstance(node, list) else node[part]
         except (KeyError, IndexError, TypeError, ValueError) as error:
             names = ", ".join(node) if isinstance(node, Mapping) else "a number"
+            if part in CLOCKS:
+                names += f", or {part} alone, without a topic"
             raise InputError(f"has no field {field!r}", file=path, allowed=names) from error
     if node is None:
         return float("nan")
@@ -147,13 +159,15 @@ def _topic(name: str, times: Mapping[str, list[int]], topics: set[str], path: Pa
 
 
 def _aligned(
-    found: Mapping[str, list[float]],
+    found: Mapping[str, Array],
     owner: Mapping[str, str],
     times: Mapping[str, list[int]],
     published: Mapping[str, list[int]],
+    held: Collection[str],
     path: Path,
 ) -> dict[str, Array]:
-    """All columns at those times of the topic that has most of them at which the others are known.
+    """All columns at those times of the topic that has most of them at which the others are known;
+    `held` ones keep the value of their last message, the others are interpolated.
 
     Raises InputError where there are none.
     """
@@ -173,12 +187,15 @@ def _aligned(
                 allowed="topics whose messages come side by side",
             )
     rows = since[base][known]
-    out = {
-        name: np.asarray(values, dtype=np.float64)[known]
-        if owner[name] == base
-        else np.interp(rows, since[owner[name]], values)
-        for name, values in found.items()
-    }
+    out = {}
+    for name, values in found.items():
+        messages = since[owner[name]]
+        if owner[name] == base:
+            out[name] = values[known]
+        elif name in held:
+            out[name] = values[np.searchsorted(messages, rows, side="right") - 1]
+        else:
+            out[name] = np.interp(rows, messages, values)
     stamps = published[base]
     out["log_time"] = rows
     out["publish_time"] = np.array([stamp - stamps[0] for stamp in stamps], dtype=np.float64)[known]

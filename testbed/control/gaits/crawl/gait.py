@@ -1,11 +1,11 @@
-"""Walking: shift the body, swing a leg, seek the ground by the force estimate, let the foot carry,
-and again.
+"""The crawl: shift the body, swing a leg, search the ground by the force estimate, load the foot,
+repeat.
 
-Feet and body are reckoned in the path frame: parallel to the slope, where the body frame stood at
-the start. What comes next is planned in walk_plan.py, in the manner of style.py; where feet and
-body may go in footholds.py, how fast in pace.py, how a leg swings and its foot finds the ground in
-swing.py, what is known of that ground in known_ground.py, how standing feet keep the body level in
-posture.py, what the ropes do in rope_hold.py and strokes.py; this file is the order of events.
+Positions of feet and body are given in the path frame, which is parallel to the slope and has its
+origin where the body frame was at the start. This file executes the phases in order. The rest of
+the gait is elsewhere: the next phases (walk_plan.py) and their style (style.py), where feet and
+body may go (footholds.py), speed (pace.py), swing and ground search (swing.py), knowledge of the
+ground (known_ground.py), keeping the body level (posture.py), ropes (rope_hold.py, strokes.py).
 """
 
 from __future__ import annotations
@@ -31,35 +31,33 @@ from testbed.robot.model import attitude_gravity
 from testbed.scenario.tasks import Crawl
 
 UNLOADED_SHARE = 0.3
-"""A foot is off the ground when it carries less than this share of the load that would tell its
-touch (E).
-"""
+"""A foot counts as off the ground below this share of the load that indicates touchdown (E)."""
 SEATED_SHARE = 0.8
-"""A seated foot carries this share of the load that told its touch; one that does not has met
-nothing (E).
+"""A foot that carries less than this share of its touchdown load after seating has not met the
+ground (E).
 """
 SEARCHES = 3
-"""A foot that has met nothing searches on, so many times in all (E)."""
+"""Most searches of a foot that has not met the ground (E)."""
 LAST_SEAT = 4.0
-"""The last time a foot is seated for up to so many times the usual (E)."""
+"""Longest duration of the last seating, in units of the usual one (E)."""
 EARLY_TOUCH_SHARE = 0.6
-"""From this share of a swing on the foot may meet ground; before, its load in the air is learnt
-(E).
+"""Share of a swing from which on ground contact is possible; until then the foot's load in the air
+is learnt (E).
 """
 SUPPLY_LOW_SHARE = 5.5 / 9.0
-"""The body stands still below this share of the pressure at which the supply stands ready (E)."""
+"""The body stops below this share of the pressure at which the supply is ready (E)."""
 SUPPLY_FULL_SHARE = 7.0 / 9.0
 """The body moves at full speed above this share of it (E)."""
 
 LAG_FREE, LAG_MOST = 0.02, 0.06
-"""A swing slows down when its leg lags by the first of these, and waits for it at the second: m of
-radial joint, rad of a leg of about a metre (E).
+"""A swing slows down if its leg lags by more than the first value and waits at the second: m of the
+radial joint, rad of the rotation of a leg of about a metre (E).
 """
 EASE_S = 0.1
-"""Where strokes are reckoned with, the body sets off and comes to rest within this time (E)."""
+"""Time in which the body starts and stops, if the strokes of the ropes are planned, s (E)."""
 PATIENCE_S, CREEPS = 3.0, 0.1
-"""A swing that has waited for so long goes on at this share of its speed: what holds the foot may
-be a step of the rock beside it, which it has to rise above (E).
+"""A swing that has waited for so long, s, continues at this share of its speed: the foot may hang
+below a step of the rock, above which it has to rise (E).
 """
 
 
@@ -100,9 +98,9 @@ class CrawlGait:
         self._way = BodyWay(self._body, self._body, 1.0)
         self._ready = 1.0
         self._went_m_s = np.zeros(3)
-        """(3) speed of the body's set points in the last tick."""
+        """(3) velocity of the body's set points in the last tick, m/s."""
         self._speed_m_s, self._since_way_s = np.zeros(3), 0.0
-        """(3) the same when the last way began, and how long ago that was."""
+        """(3) the same when the current motion of the body began, and the time since then, s."""
         self._wanted: Stride | None = None
         self.steps_done = 0
         self.groups = 0
@@ -123,7 +121,7 @@ class CrawlGait:
 
     @property
     def way_m(self) -> float:
-        """How far the body has gone in the direction of travel, by its set points."""
+        """Distance of the body's set point in the direction of travel, m."""
         return float(self._plan.ahead @ self._body)
 
     @property
@@ -133,12 +131,12 @@ class CrawlGait:
 
     @property
     def moved_m(self) -> Array:
-        """(3) how far the body has gone by its set points, path frame."""
+        """(3) displacement of the body's set point, path frame, m."""
         return self._body.copy()
 
     @property
     def between(self) -> bool:
-        """Whether one motion is over and the next has not begun, with all feet meant to stand."""
+        """Whether no motion is under way and all feet are meant to stand."""
         swinging = self._queue and self._queue[0].doing in (
             Activity.SWING,
             Activity.SEARCH,
@@ -147,8 +145,8 @@ class CrawlGait:
         return self._phase is None and not swinging
 
     def end_walk(self) -> int:
-        """Make no more swings than are begun, then bring the body over its feet; returns how many
-        are left.
+        """Finish the swings that have begun, then move the body over its feet; returns the number
+        of swings that are left out.
         """
         begun = sum(phase.doing is Activity.SEAT for phase in self._queue)
         if self._phase is not None and self._phase.doing is Activity.SEAT:
@@ -159,7 +157,7 @@ class CrawlGait:
         return left
 
     def progress(self, t: float) -> dict[str, Any]:
-        """What of the walk is made."""
+        """Progress of the walk, by name."""
         del t
         steps = {"steps_made": self.steps_done, "steps_wanted": self.task.steps}
         return {"done": self.done, **steps, "way_m": self.way_m}
@@ -170,8 +168,8 @@ class CrawlGait:
         return self._phase is None and not self._queue
 
     def choose(self, stride: Stride, haste: float) -> None:
-        """Let the next group of swings be `stride`, made with `haste` (see Pace). One that is out
-        of reach is not made: the group is then that of the task.
+        """Choose the stride and the haste (see Pace) of the next group of swings. If the stride is
+        out of reach, that of the task is used instead.
         """
         self._wanted = stride
         self._plan.haste = haste
@@ -194,7 +192,7 @@ class CrawlGait:
         )
 
     def _rope_rates_m_s(self, before: Array, dt: float, measured: Measured) -> Array:
-        """(2) what the ropes are told, the body having been at `before` (3) dt s ago."""
+        """(2) rates of the ropes, m/s, for a body whose set point was `before` (3) dt s ago."""
         ropes, tension, strokes = self._ropes, measured.rope_tension, self._strokes
         if not self._plan.manner.strokes:
             return ropes.rates_m_s(self._body, before, dt, tension)
@@ -204,7 +202,7 @@ class CrawlGait:
         return rates
 
     def _begun(self, measured: Measured) -> Levelling:
-        """What keeps the body level; made at the first tick, when the attitude is known."""
+        """The levelling of the body, created at the first tick, when the attitude is known."""
         if self._levelling is None:
             roll, pitch, _ = measured.attitude
             self._footholds.stand_under(attitude_gravity(float(roll), float(pitch)))
@@ -213,8 +211,8 @@ class CrawlGait:
         return self._levelling
 
     def _go(self, dt: float, measured: Measured, stance: Flags, levelling: Levelling) -> None:
-        """Go on by dt s: begin the next phase where one is over, move body and foot, take swinging
-        legs off `stance`.
+        """Advance the walk by dt s: begin the next phase if one is over, move body and foot, and
+        clear `stance` of a swinging leg.
         """
         phase = self._phase
         if phase is None:
@@ -245,7 +243,7 @@ class CrawlGait:
             self._seated_s = 0.0
         last = all(other.swing is None for other in self._queue[1:])
         if phase.doing is Activity.UNLOAD and last and self._plan.manner.strokes:
-            # Better now than in the next shift, for which the legs would have to wait.
+            # Renew the strokes now: in the next shift, the legs would have to wait for it.
             shift = self._plan.shifts_m(self._way.end - self._body)
             if not self._strokes.last(shift):
                 self._strokes.renew()
@@ -255,7 +253,7 @@ class CrawlGait:
                 self._speed_m_s = self._went_m_s
                 self._way = replace(phase.way, start=self._body + self._run_out_m())
         if phase.swing is not None:
-            # Foot and body may not be quite where they were meant to be.
+            # Foot and body may not be exactly where the plan has them.
             then = self._way.at(self._way_clock + phase.duration_s)
             here = {"start": self._feet[phase.leg].copy(), "body_from": self._body}
             phase.swing = self._plan.timed(replace(phase.swing, body_to=then, **here), self._feet)
@@ -276,7 +274,7 @@ class CrawlGait:
             return self._plan.next_phases(self._feet, self._body, self.steps_done)
 
     def _readiness(self, dt: float, measured: Measured) -> float:
-        """0 to 1: how fast the body may move for the ropes' and the pump's sake."""
+        """Share of its planned speed that ropes and pump allow the body, 0 to 1."""
         share = measured.supply_pressure / self._ready_pa
         supply = (share - SUPPLY_LOW_SHARE) / (SUPPLY_FULL_SHARE - SUPPLY_LOW_SHARE)
         in_the_air = self._phase is not None and self._phase.doing in IN_THE_AIR
@@ -290,15 +288,15 @@ class CrawlGait:
         return self._ready
 
     def _run_out_m(self) -> Array:
-        """(3) how far the body still has to go for the speed that it had when its way began, which
-        runs out as the new one rises.
+        """(3) distance, m, that the body still covers with the speed it had when its current motion
+        began; that speed decays while the new one rises.
         """
         within_s = self._way.ramp * self._way.duration_s
         left = max(1.0 - self._since_way_s / within_s, 0.0)
         return 0.5 * within_s * left * left * self._speed_m_s
 
     def _keeping_up(self, dt: float, measured: Measured) -> float:
-        """0 to 1: how fast a swing may go on for its leg's sake."""
+        """Share of its planned speed that the lag of its leg allows a swing, 0 to 1."""
         assert self._phase is not None
         across = slice(ROTATION[self._phase.leg], VERTICAL[self._phase.leg])
         lag = float(np.abs(self._joints[across] - measured.position[across]).max())
@@ -307,7 +305,7 @@ class CrawlGait:
         return CREEPS if self._waited_s > PATIENCE_S else share
 
     def _is_over(self, phase: Phase, share: float, dt: float, measured: Measured) -> bool:
-        """Move the phase's foot by dt s; whether the phase has done what it is there for."""
+        """Move the foot of the phase by dt s; returns whether the phase is complete."""
         load_n = float(measured.load[phase.leg])
         if phase.doing is Activity.UNLOAD:
             self._feet[phase.leg, 2] += self._scale.speed * self._plan.manner.unload_m_s * dt
@@ -322,8 +320,8 @@ class CrawlGait:
         return self._way_clock >= self._way.duration_s - lead_s
 
     def _seated(self, phase: Phase, share: float, load_n: float) -> bool:
-        """True where a seat is over: the foot carries, or is to search on, or has been given time
-        enough.
+        """Whether seating is over: the foot carries load, or has to search again, or its time is
+        up.
         """
         if load_n < SEATED_SHARE * self._ground.touch_n:
             lowest = self._ground.lowest_m(phase.ground)
@@ -339,7 +337,7 @@ class CrawlGait:
         return True
 
     def _swing(self, phase: Phase, share: float, dt: float, measured: Measured) -> bool:
-        """Carry the foot over; true at its end, or where ground comes before it is sought."""
+        """Move the swinging foot; true at the end of the swing or at an early touchdown."""
         assert phase.swing is not None
         leg, before = phase.leg, float(self._feet[phase.leg, 2])
         load_n = float(measured.load[leg])
@@ -350,15 +348,14 @@ class CrawlGait:
             self._ground.begin(load_n)
         elif self._ground.met(load_n, 0.0, dt):
             return self._touch(leg, measured)
-        # The search takes over at its own speed: a foot that stopped and set off again would turn
-        # its friction over.
+        # The search continues at its own speed without a stop, which would reverse the friction.
         height = float(self._feet[leg, 2])
         speed_m_s = self._ground.speed_m_s(height, phase.ground, self._plan.search)
         slow = before - height < speed_m_s * dt
         return share >= 1.0 or (share > phase.swing.arrival and slow)
 
     def _search(self, phase: Phase, dt: float, measured: Measured) -> bool:
-        """Lower the foot until its load rises, or as far as the search goes."""
+        """Lower the foot; true once its load rises or the search has reached its end."""
         leg, ground = phase.leg, self._ground
         height = float(self._feet[leg, 2])
         self._feet[leg, 2] -= ground.speed_m_s(height, phase.ground, self._plan.search) * dt
@@ -368,9 +365,7 @@ class CrawlGait:
         return False
 
     def _touch(self, leg: int, measured: Measured) -> bool:
-        """The foot stays where the encoders see it; what is left of this leg's swing is not needed
-        any more.
-        """
+        """Keep the foot where the encoders see it, and drop the rest of this leg's swing."""
         if self._queue and self._queue[0].leg == leg and self._queue[0].doing is Activity.SEARCH:
             self._queue.pop(0)
         seen = self._legs.feet(measured.position - self._footholds.nought)
