@@ -10,13 +10,14 @@ from shipped import shipped_model
 
 from testbed.estimation.live import doubt
 from testbed.estimation.live import fusion as fu
+from testbed.estimation.live.axis import AxisState
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, body_of
 from testbed.estimation.live.body_records import BodyBelief
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.machine.build import build_machine
-from testbed.machine.names import VERTICAL
+from testbed.machine.names import AXES, VERTICAL
 from testbed.recording.rows import DataRow
 from testbed.robot.linkage import Linkages
 from testbed.robot.loads.foot_loads import ExpectedLoads
@@ -79,8 +80,17 @@ def test_the_further_the_balance_is_doubted_the_less_cost_is_accepted(
     belief = BodyBelief.zeros()
     belief["every"], belief["doubt_cost"], belief["doubt_time"] = 5.0, 10.0, 2.0
     belief["decisions"]["dt"] = 1e-3
-    after = doubt.followed(before, cost, belief[0])
+    after = doubt.followed(before, cost, 10.0, belief[0])
     assert (after > before) == grows and doubt.NONE <= after <= doubt.MOST
+
+
+def test_a_balance_may_cost_more_while_any_piston_moves() -> None:
+    belief, axes = BodyBelief.zeros(), AxisState.zeros(len(AXES))
+    belief["doubt_cost"] = 10.0
+    axes["rested"] = doubt.REST_S
+    assert doubt.believable_cost(axes, belief[0]) == 10.0
+    axes["rested"][4] = 0.5 * doubt.REST_S
+    assert doubt.believable_cost(axes, belief[0]) == 10.0 * doubt.MOVING
 
 
 def test_feet_that_bear_two_tonnes_more_than_believed_are_told_so() -> None:

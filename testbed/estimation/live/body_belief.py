@@ -107,8 +107,8 @@ class OwnTuning:
     blame_s: float = 1.0
     blame_threshold: float = 2.5
     doubt_cost: float = 10.0
-    """Cost of a balance that is still believed (doubt.py). On 20 tuning runs of sound drawn
-    machines it is at most 5 standing and drilling, 8 raising, and 18 for moments of a crawl.
+    """Cost of a balance that is still believed at rest (doubt.py). On 26 tuning runs of sound drawn
+    machines it is at most 5 standing and drilling, 8 raising, and 24 for moments of a crawl.
     """
     doubt_time_s: float = 2.0
     zero_wander_n2_s: float = 1.0

@@ -38,6 +38,12 @@ MOST = 100.0
 """Its standard deviation is taken at most so many times as large as believed (E)."""
 FASTEST = 3.0
 """Within `doubt_time` the doubt grows or fades at most by e to this power (E)."""
+MOVING = 2.0
+"""While pistons move, the balance may cost so many times as much: seals, encoders and pressures
+follow a motion each in its own time (E).
+"""
+REST_S = 2.0
+"""Pistons that have rested for so long no longer do (E)."""
 LEAST_COST = 1.0e-6
 """A smaller cost counts as this one, as its logarithm is taken."""
 
@@ -82,13 +88,24 @@ def told_share(share: float, doubt: float) -> float:
 
 
 @njit
-def followed(doubt: float, cost: float, body: Any) -> float:
-    """The doubt after one balance at this cost: it grows while the cost is more than `doubt_cost`
-    over the doubt, and fades while it is less; BodyBelief.
+def believable_cost(axes: Any, body: Any) -> float:
+    """Up to this cost a balance is believed: `doubt_cost` where all twelve pistons have rested for
+    REST_S, MOVING times that otherwise; AxisState of AXES, BodyBelief.
+    """
+    rested = axes[0].rested
+    for index in range(1, len(axes)):
+        rested = min(rested, axes[index].rested)
+    return float(body.doubt_cost * (1.0 if rested >= REST_S else MOVING))
+
+
+@njit
+def followed(doubt: float, cost: float, believable: float, body: Any) -> float:
+    """The doubt after one balance at this cost: it grows while the cost is more than the believable
+    one over the doubt, and fades while it is less; BodyBelief.
     """
     if body.doubt_cost <= 0.0 or not math.isfinite(cost):
         return NONE
-    rate = math.log(max(cost, LEAST_COST) * doubt / body.doubt_cost)
+    rate = math.log(max(cost, LEAST_COST) * doubt / believable)
     rate = min(max(rate, -FASTEST), FASTEST)
     passed = body.every * body.decisions.dt / body.doubt_time
     return float(min(max(doubt * math.exp(rate * passed), NONE), MOST))

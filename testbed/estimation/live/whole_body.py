@@ -164,7 +164,8 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
         learn_no_pull(maps, body, state)
     fu.stay_in_sets(fusion)
     if body.balances != 0.0:
-        state.doubt = doubt.followed(state.doubt, doubt.cost_of_balance(fusion), body)
+        cost, believable = doubt.cost_of_balance(fusion), doubt.believable_cost(state.axes, body)
+        state.doubt = doubt.followed(state.doubt, cost, believable, body)
     weights = np.zeros(fu.N)
     for leg in range(len(LEGS)):
         for axis in range(3):
