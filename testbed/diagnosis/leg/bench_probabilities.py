@@ -114,7 +114,7 @@ def calibration() -> BenchCalibration:
 def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> BenchSigns:
     """The signs of a finished search whose names have been tried."""
     shares = {tuple(sorted(names)): share for names, share in proof.won.items()}
-    left = steady(state.problem, proof.kept.fit)
+    left = steady(state.problem, proof.kept.evidence, proof.kept.fit)
     return BenchSigns(
         excess=float(np.log(excess_over(left, found.floors))),
         memory=memory_of(left),
