@@ -11,9 +11,13 @@ import pytest
 
 from testbed.benchmarks.diagnosis.bench_rigs import make_bench
 from testbed.diagnosis.leg.base_models import fit_base
+from testbed.diagnosis.leg.fit import solve
+from testbed.diagnosis.leg.points import restarted
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.proof import _excludes_zero
+from testbed.diagnosis.leg.proof import _excludes_zero, told_as_late
 from testbed.diagnosis.leg.series import series_of
+from testbed.effects import by_name
+from testbed.effects.active import Active
 from testbed.estimation.leg.balance import acting
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import EffectEntry, LegModel, Parameter
@@ -83,3 +87,25 @@ def test_a_drive_s_delay_is_told_beyond_one_sample(
     entry = EffectEntry(name="sensor.delay", parameters={"delay": size})
     nothing: Any = None
     assert _excludes_zero(state, nothing, entry, 1.0) is told
+
+
+@pytest.mark.slow
+def test_a_delay_beside_a_force_that_is_held_is_known_as_what_both_come_to() -> None:
+    recordings = clean_drive()
+    rate_hz = series_of(recordings)[0].full_rate_hz
+    late = tuple(earlier(recording, -3.0) for recording in recordings)
+    base = LegModel(rig="drive", known=recordings[0].known)
+    problem = Problem(series_of(late, base.known), base, False)
+    plain, _ = fit_base(problem)
+    delay = by_name("sensor.delay")
+    coordinates = [restarted(one, plain.at) for one in plain.coordinates]
+    coordinates += delay.coordinates()
+    start = Active(delay, delay.complete({"delay": 2.0 / rate_hz}))
+    both = solve(problem, coordinates, replace(plain.at, effects=(start,)))
+    told = told_as_late(problem, both)
+    names = [coordinate.name for coordinate in told.coordinates]
+    assert told.at.held_s == 0.0
+    assert "held_s" not in names
+    assert told.at.effects[0].values["delay"] * rate_hz == pytest.approx(3.0, abs=0.3)
+    place, was = names.index("delay"), [one.name for one in both.coordinates].index("delay")
+    assert told.covariance[place, place] < 0.1 * both.covariance[was, was]

@@ -31,7 +31,8 @@ from testbed.diagnosis.leg.proof import Proof
 from testbed.diagnosis.leg.rivals import exchanged
 from testbed.diagnosis.leg.runs import overall
 from testbed.diagnosis.leg.search import Search
-from testbed.diagnosis.leg.unexplained import Unexplained
+from testbed.diagnosis.leg.unexplained import Unexplained, excess_over
+from testbed.diagnosis.leg.wander import steady
 
 FILE = Path(__file__).with_name("bench_calibration.yaml")
 Names = tuple[str, ...]
@@ -113,9 +114,10 @@ def calibration() -> BenchCalibration:
 def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> BenchSigns:
     """The signs of a finished search whose names have been tried."""
     shares = {tuple(sorted(names)): share for names, share in proof.won.items()}
+    left = steady(state.problem, proof.kept.evidence, proof.kept.fit)
     return BenchSigns(
-        excess=float(np.log(found.excess)),
-        memory=memory_of(proof.kept.evidence),
+        excess=float(np.log(excess_over(left, found.floors))),
+        memory=memory_of(left),
         closed=float(
             np.log(overall(proof.run_errors["identify"]) / overall(proof.run_errors["after"]))
         ),

@@ -1,9 +1,10 @@
 """Channels that ride along (a current, a temperature): does what no name explains go with one of
 them?
 
-Each is offered as a force of its own, as friction in the direction of motion and as a viscous
-force. It counts where recordings that it was not fitted on are predicted better; what it means is
-for the reader to say.
+Each is offered as a force of its own, as one that the whole friction is the larger for, bristles
+and all, and as a viscous force: a damper whose current is changed turns round over a distance as
+its friction does. It counts where recordings that it was not fitted on are predicted better; what
+it means is for the reader to say.
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ from testbed.diagnosis.leg.prediction import held_out
 from testbed.diagnosis.leg.problem import Array, Problem
 from testbed.diagnosis.leg.series import Series
 
-SLOW_M_S = 2e-3
 LEAST_FALL = 0.1
 """Share by which a channel has to lower the residual of what is held out to be spoken of."""
 TERMS = ("force", "friction", "viscous")
@@ -38,18 +38,20 @@ def _fall(problem: Problem, fit: Fit, name: str) -> float:
     middle, spread = float(np.mean(values)), float(np.std(values))
     if spread <= 1e-9 * max(abs(middle), 1.0):
         return 0.0
+    frictions_n = problem.frictions_n(fit.model(problem.base), fit.at.effects)
     columns = np.concatenate(
-        [_columns(series, (series.extra[name] - middle) / spread) for series in problem.series]
+        [
+            _columns(series, (series.extra[name] - middle) / spread, friction_n)
+            for series, friction_n in zip(problem.series, frictions_n, strict=True)
+        ]
     )
     more = with_terms(problem, fit, "force", [f"{name} as {term}" for term in TERMS], columns)
     return 1.0 - _size(problem, more, RIDGE) / _size(problem, fit)
 
 
-def _columns(series: Series, channel: Array) -> Array:
-    velocity = series.signals.velocity_m_s
-    direction = velocity / (np.abs(velocity) + SLOW_M_S)
+def _columns(series: Series, channel: Array, friction_n: Array) -> Array:
     mask = series.trusted & series.clear
-    terms = (channel, channel * direction, channel * velocity)
+    terms = (channel, channel * friction_n, channel * series.signals.velocity_m_s)
     return np.stack([series.binned(term, mask)[0] for term in terms], axis=1)
 
 

@@ -17,14 +17,31 @@ RIDGE = 1e-8
 
 
 def with_terms(
-    problem: Problem, fit: Fit, channel: str, names: Sequence[str], columns: Array
+    problem: Problem,
+    fit: Fit,
+    channel: str,
+    names: Sequence[str],
+    columns: Array,
+    known: Array | None = None,
 ) -> Fit:
     """The fit with columns (bins, k) of one channel of its residual as linear terms, after one
-    step: exact for them.
+    step: exact for them. `known`: standard deviation of each one's weight about 0, where that is
+    known beforehand.
     """
-    columns = columns / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-30)
+    size = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-30)
+    columns = columns / size
     extra = tuple(
-        Coordinate(channel, name, 0.0, -1.0, 1.0, 1.0, moves=(channel,)) for name in names
+        Coordinate(
+            channel,
+            name,
+            0.0,
+            -1.0,
+            1.0,
+            1.0,
+            moves=(channel,),
+            prior=None if known is None else (0.0, max(float(known[place] * size[place]), 1e-30)),
+        )
+        for place, name in enumerate(names)
     )
     jacobian = {
         name: np.hstack([j, columns if name == channel else np.zeros((len(j), len(extra)))])

@@ -147,6 +147,11 @@ class Problem:
         rows = zip(self.series, self._balances(model, effects), strict=True)
         return np.concatenate([_force_one(one, balance, model.friction) for one, balance in rows])
 
+    def frictions_n(self, model: LegModel, effects: Sequence[Active]) -> list[Array]:
+        """Friction of every series, N, shape (n,), without the part that needs the load."""
+        balances = self._balances(model, effects)
+        return [friction_n(model.friction, signals, terms) for signals, terms, _ in balances]
+
     def straight_columns(self, model: LegModel, effects: Sequence[Active]) -> Array | None:
         """d(force residual) / d(`points.STRAIGHT`), shape (bins, 6): friction's levels and viscous
         numbers enter straight.

@@ -24,7 +24,7 @@ from dataclasses import dataclass, field, replace
 from testbed.diagnosis.leg.entries import entries_of, memory_of, worth_interval
 from testbed.diagnosis.leg.evidence import evidence, of_residual
 from testbed.diagnosis.leg.fit import Fit, solve, with_covariance
-from testbed.diagnosis.leg.points import DECLARED, point, restarted
+from testbed.diagnosis.leg.points import DECLARED, HELD, point, restarted
 from testbed.diagnosis.leg.prediction import block_covariance, held_out
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.resampled import Names, wins
@@ -193,13 +193,39 @@ def plain(state: Search, candidate: Candidate, name: str) -> Candidate:
 
 
 def _told(state: Search, candidate: Candidate) -> Candidate:
-    """The candidate with its declared numbers as declared, where an effect of it says otherwise."""
+    """The candidate with its declared numbers as declared, and its force acting when it was
+    written, where an effect of it says otherwise.
+    """
     fit = told_against_declared(state.problem, candidate.fit)
-    if fit is candidate.fit:
-        return candidate
-    told = replace(candidate, fit=fit)
+    told = candidate if fit is candidate.fit else replace(candidate, fit=fit)
+    late = told_as_late(state.problem, fit)
+    if late is not fit:
+        told = replace(told, fit=late, evidence=evidence(state.problem, late))
     state.tried[frozenset(told.names)] = told
     return told
+
+
+def told_as_late(problem: Problem, fit: Fit) -> Fit:
+    """The fit with how late a drive's force acts given to the effect that says that it is read
+    late. Both move the one force, each the other way, and only their difference shows: beside each
+    other neither is known.
+    """
+    held = (HELD, "held_s")
+    for active in fit.at.effects:
+        size = (active.effect.name, active.effect.required[0])
+        if not active.effect.within_a_sample or held not in owned(fit) or size not in owned(fit):
+            continue
+        at = replace(fit.at, held_s=0.0)
+        net = active.values[size[1]] - fit.at.held_s
+        coordinates = [
+            replace(restarted(one, at), start=max(net, one.low))
+            if (one.owner, one.name) == size
+            else restarted(one, at)
+            for one in fit.coordinates
+            if (one.owner, one.name) != held
+        ]
+        return solve(problem, coordinates, at)
+    return fit
 
 
 def told_against_declared(problem: Problem, fit: Fit) -> Fit:
@@ -231,19 +257,24 @@ def owned(fit: Fit) -> list[tuple[str, str]]:
 
 
 def without(state: Search, candidate: Candidate, name: str) -> Candidate:
-    """The set less one name: as it was tried, or fitted now."""
+    """The set less one name: as it was tried, or fitted now, with what its effect had taken over
+    of the rig's own numbers.
+    """
     rest = frozenset(candidate.names) - {name}
     if rest not in state.tried:
-        number, fitted = (DECLARED, by_name(name).declared_as), candidate.fit
+        effect, fitted = by_name(name), candidate.fit
+        taken = {(DECLARED, effect.declared_as)}
+        taken |= {(HELD, "held_s")} if effect.within_a_sample else set()
         tolerated = [
             coordinate
             for coordinate in state.refit.fit.coordinates
-            if (coordinate.owner, coordinate.name) == number and number not in owned(fitted)
+            if (coordinate.owner, coordinate.name) in taken - set(owned(fitted))
         ]
+        off = state.refit.fit.at.off
         at = replace(
             fitted.at,
             effects=tuple(effect for effect in fitted.at.effects if effect.effect.name != name),
-            off={one.name: state.refit.fit.at.off[one.name] for one in tolerated}
+            off={one.name: off[one.name] for one in tolerated if one.name in off}
             | dict(fitted.at.off),
         )
         coordinates = [

@@ -4,12 +4,12 @@ terms find.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from testbed.diagnosis.leg.evidence import Key, evidence
+from testbed.diagnosis.leg.evidence import Evidence, Key, evidence
 from testbed.diagnosis.leg.fit import Fit, solve
 from testbed.diagnosis.leg.floor import group_floors
 from testbed.diagnosis.leg.flow_structure import flow_structure
@@ -51,8 +51,18 @@ class Unexplained:
     @property
     def excess(self) -> float:
         """Geometric mean of what the best set leaves over the floor, each group at least 1."""
-        logs = [np.log(max(value, 1.0)) for value in self.excess_best.values()]
-        return float(np.exp(np.mean(logs))) if logs else 1.0
+        return _mean_excess(self.excess_best)
+
+
+def _mean_excess(excess: Mapping[Key, float]) -> float:
+    logs = [np.log(max(value, 1.0)) for value in excess.values()]
+    return float(np.exp(np.mean(logs))) if logs else 1.0
+
+
+def excess_over(found: Evidence, floors: Mapping[Key, float]) -> float:
+    """Geometric mean of an evidence's scales over the sensors' floors, each group at least 1."""
+    known = {name: floor for name, floor in floors.items() if name in found.scale}
+    return _mean_excess({name: found.scale[name] / floor for name, floor in known.items()})
 
 
 def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
