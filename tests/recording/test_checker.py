@@ -16,8 +16,9 @@ from planted import FAULTS, REFERENCE, load, planted
 from testbed.cli import main
 from testbed.errors import InputError
 from testbed.machine.build import build_machine
-from testbed.recording.checker.balance import Forces, _scaled_or_open, leaves_fewer_newtons
+from testbed.recording.checker.balance import _scaled_or_open, leaves_fewer_newtons
 from testbed.recording.checker.check import check_recording
+from testbed.recording.checker.forces import Forces
 from testbed.recording.checker.motion import Even
 from testbed.recording.checker.raw import Raw, read_raw, repetitions
 from testbed.recording.checker.sensors import check_frozen, spikes

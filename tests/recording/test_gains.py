@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from testbed.formats.arrays import Array
-from testbed.recording.checker.balance import Forces
+from testbed.recording.checker.forces import Forces
 from testbed.recording.checker.gains import check_gains
 from testbed.recording.checker.motion import Even
 from testbed.recording.known import Known

@@ -9,7 +9,8 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from testbed.recording.checker.balance import Forces, check_balance, check_reference, suspects
+from testbed.recording.checker.balance import check_balance, check_reference, suspects
+from testbed.recording.checker.forces import Forces
 from testbed.recording.checker.late import check_late
 from testbed.recording.checker.motion import MOVING_M_S, Even
 from testbed.recording.known import Known

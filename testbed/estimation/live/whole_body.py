@@ -21,6 +21,7 @@ from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import Loads, step_axis
 from testbed.estimation.live.belly_support import something_else_carries
 from testbed.estimation.live.body_acceleration import add_fast_changes
+from testbed.estimation.live.body_wrench import write_body_wrench
 from testbed.estimation.live.cylinder_errors import (
     UP,
     force_error,
@@ -33,15 +34,11 @@ from testbed.estimation.live.cylinder_errors import (
 )
 from testbed.estimation.live.wrench import (
     MOMENT,
-    View,
     add_force,
     foot_point,
     gravity_in_body,
     leg_map,
     of_leg,
-    other_wrench,
-    rope_direction,
-    view_of,
 )
 from testbed.formats.intervals import Z90
 from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
@@ -54,8 +51,6 @@ UNSTEADY = 0.7
 """Share of the change of the body's inertial force since the last balance that counts as the
 standard deviation of this one (E).
 """
-SMALL_RAD = 1.0e-4
-"""Step of the numerical derivative by the misalignment of the inertial unit, rad."""
 
 
 @njit
@@ -223,75 +218,6 @@ def balance_body(
             variance[equation] *= 1.0 + (UNSTEADY * state.unsteady) ** 2 / body.force_variance
         missing, error = wrench[equation], variance[equation]
         fu.observe(state.fusion, rows[equation], missing, error, body.gate, learns)
-
-
-@njit
-def write_body_wrench(row: Any, angular_acceleration: Any, body: Any, state: Any, rows: Any) -> Any:
-    """Return the believed wrench (6) of weight, ropes and drill on the body, N and N m, and write
-    its derivatives by the filter's unknowns into rows (6, N).
-    """
-    means, roll, pitch = state.means, body.unit_roll, body.unit_pitch
-    attitude, felt, tension = row.attitude, means.specific_force, means.rope_tension
-    view = view_of(attitude, felt, roll, pitch, body.gravity)
-    wrench = other_wrench(row, view, angular_acceleration, tension, body)
-    for axis in range(2):
-        turn = (SMALL_RAD, 0.0) if axis == 0 else (0.0, SMALL_RAD)
-        other = view_of(attitude, felt, roll + turn[0], pitch + turn[1], body.gravity)
-        turned = other_wrench(row, other, angular_acceleration, tension, body)
-        for index in range(6):
-            rows[index, fu.UNIT + axis] = (wrench[index] - turned[index]) / SMALL_RAD
-    moment = np.zeros(3)
-    for k in range(3):
-        rows[k, fu.MASS] = view.specific_force[k]
-        moment[:] = 0.0
-        moment[k] = 1.0
-        put_moment(rows, fu.MOMENT + k, moment, view.specific_force)
-    for k in range(2):
-        write_rope_errors(k, view, tension[k], body, rows)
-    return wrench
-
-
-@njit
-def write_rope_errors(k: int, view: View, tension: float, body: Any, rows: Any) -> None:
-    """Write the derivatives of rope k's wrench by its unknowns into rows (6, N): azimuth and
-    elevation, gain and zero of the load pin, height of the attachment.
-    """
-    if tension <= 0.0:
-        return
-    along, left, up = np.empty(3), np.zeros(3), np.zeros(3)
-    rope_direction(view, body.rope_direction[k], along)
-    level = math.sqrt(along[0] ** 2 + along[1] ** 2)
-    left[0], left[1] = -along[1], along[0]
-    if level > 0.0:
-        up[0], up[1], up[2] = -along[2] * along[0] / level, -along[2] * along[1] / level, level
-    point = body.rope_point[k]
-    put_force(rows, fu.AZIMUTH + k, left, -tension, point)
-    put_force(rows, fu.ELEVATION + k, up, -tension, point)
-    put_force(rows, fu.PIN_GAIN + k, along, tension, point)
-    put_force(rows, fu.PIN_ZERO + k, along, 1.0, point)
-    lever = np.zeros(3)
-    lever[2] = -tension
-    put_moment(rows, fu.ROPE_HEIGHT + k, lever, along)
-
-
-@njit
-def put_force(rows: Any, column: int, direction: Any, size: float, point: Any) -> None:
-    """Write the wrench of a force, `size` along `direction` at `point`, into a column of rows."""
-    wrench, force = np.zeros(6), np.empty(3)
-    for index in range(3):
-        force[index] = size * direction[index]
-    add_force(wrench, force, point)
-    for r in range(6):
-        rows[r, column] = wrench[r]
-
-
-@njit
-def put_moment(rows: Any, column: int, lever: Any, force: Any) -> None:
-    """Write the moment alone of `force` (3) at `lever` (3) into a column of rows (6, N)."""
-    wrench = np.zeros(6)
-    add_force(wrench, force, lever)
-    for index in range(3, 6):
-        rows[index, column] = wrench[index]
 
 
 @njit

@@ -16,7 +16,6 @@ from testbed.recording.axis import read_recording
 from testbed.recording.axis_header import Header
 from testbed.recording.checker.balance import (
     SMALLEST_PA,
-    Forces,
     check_balance,
     check_reference,
 )
@@ -24,6 +23,7 @@ from testbed.recording.checker.clock import OTHER_UNIT, check_clock, rising
 from testbed.recording.checker.finding import Checked, Finding, sorted_findings
 from testbed.recording.checker.flow import check_flow
 from testbed.recording.checker.foot_force import check_foot
+from testbed.recording.checker.forces import Forces
 from testbed.recording.checker.gains import check_gains
 from testbed.recording.checker.inertial import check_inertial, upright
 from testbed.recording.checker.late import check_late

@@ -20,15 +20,12 @@ import numpy as np
 from testbed.formats.arrays import Array
 from testbed.recording.checker.balance import (
     ALIKE,
-    ENOUGH,
-    FEW,
     MENDED,
     SAME_SCALE,
     WORST,
-    ZERO,
-    Forces,
 )
 from testbed.recording.checker.finding import Finding
+from testbed.recording.checker.forces import ENOUGH, FEW, ZERO, Forces
 
 OFF = 0.075
 """Share by which a load cell's gain has to be off: a spring or a mass that a model lacks looks like

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from testbed.recording.checker.balance import MENDED, WORST, Forces
+from testbed.recording.checker.balance import MENDED, WORST
 from testbed.recording.checker.finding import Finding
+from testbed.recording.checker.forces import Forces
 
 LATEST_S, STEPS = 0.4, 20
 """Largest shift that is tried, and into how many steps it is cut, each way."""
