@@ -83,7 +83,8 @@ def test_a_foot_rises_over_and_seeks_known_ground_as_on_a_plane() -> None:
     unknown, known = next_swing(None).swing, next_swing(0.02).swing
     assert unknown is not None and known is not None
     start_m, lift_m = unknown.start[2], 0.05
-    assert unknown.high_m - start_m == pytest.approx(0.11 + lift_m)
+    assert unknown.high_m - start_m == pytest.approx(0.11), "over all that the ground may rise by"
+    assert unknown.end[2] - start_m == pytest.approx(0.01 + 0.3 * 0.1), "higher ground is rare"
     assert known.high_m - start_m == pytest.approx(0.03 + lift_m)
     assert known.end[2] - start_m == pytest.approx(0.03), "10 mm above what is expected"
-    assert known.duration_s < unknown.duration_s - 0.5
+    assert known.duration_s < unknown.duration_s - 0.1

@@ -36,7 +36,19 @@ def test_the_ground_is_sought_in_proportion_to_what_the_feet_carry() -> None:
     )
     known = ExpectedGround(height_m=-0.4, steps_m=0.02)
     assert steep.first_m(known) == pytest.approx(-0.37)
+    assert steep.first_m(known, 0.5) == pytest.approx(-0.38)
     assert steep.lowest_m(known) == pytest.approx(-0.56), "all of the ground's steps below"
+
+
+def test_a_foot_is_lifted_over_what_the_ground_may_rise_by_or_over_what_is_expected() -> None:
+    search = GroundSearch(4e4, 1.0, 0.1)
+    rough, plane = ExpectedGround(0.0, 0.1), ExpectedGround(0.0, 0.0)
+    assert search.high_m(0.0, rough, 0.05, over=True) == pytest.approx(0.16)
+    assert search.high_m(0.0, rough, 0.05, over=False) == pytest.approx(0.11), "clear of all of it"
+    assert search.high_m(0.0, rough, 0.15, over=False) == pytest.approx(0.16)
+    for over in (True, False):
+        assert search.high_m(0.0, plane, 0.05, over=over) == pytest.approx(0.06)
+        assert search.high_m(0.3, plane, 0.05, over=over) == pytest.approx(0.35), "off a high print"
 
 
 def test_a_touch_is_a_rise_above_what_the_foot_weighed_in_the_air() -> None:

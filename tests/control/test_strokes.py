@@ -59,28 +59,41 @@ def test_a_body_that_rests_lets_both_devices_go_back_together() -> None:
     assert made.left_m == pytest.approx([WHOLE_M, WHOLE_M], abs=2e-3)
 
 
-def test_a_body_does_not_wait_for_ever_at_an_end_that_no_device_leaves() -> None:
-    """Paid out over a whole stroke, then hauled back: a device at rest keeps such a stroke."""
-    made, waited_s = strokes(), 0.0
+def test_a_body_does_not_rest_at_an_end_that_no_device_leaves() -> None:
+    """Paid out over a whole stroke, then hauled back: a device at rest keeps such a stroke, so the
+    body goes on to the end of it.
+    """
+    made = strokes()
     haul(made, 0.05, 0.05, until_s=2.5)
-    assert made.left_m.min() > 0.1
-    while waited_s < 1.0 and made.gripped:
-        ready = made.readiness()
-        waited_s = 0.0 if ready else waited_s + TICK
-        haul(made, -0.05 * ready, -0.05 * ready, until_s=TICK)
-    assert not made.gripped, "it went on to the end of the stroke"
+    assert made.left_m.min() > 0.1 and not made.goes_back.any()
+    while made.gripped:
+        assert made.readiness() == 1.0
+        haul(made, -0.05, -0.05, until_s=TICK)
+    assert made.readiness() == 0.0
+
+
+def test_a_body_does_not_rest_for_a_worn_device_because_the_other_one_would_go_back() -> None:
+    """The left one has paid out before and hauls to its end; the right one has half its stroke."""
+    made = strokes()
+    haul(made, 0.05, 0.0, until_s=2.5)
+    while made.left_m[0] > 0.5 * END_M:
+        haul(made, -0.05, -0.02, until_s=TICK)
+    assert list(made.goes_back) == [False, True]
+    assert made.gripped and made.readiness() == 1.0
 
 
 def test_a_stroke_is_given_up_where_it_is_worn_and_does_not_last() -> None:
     made = strokes()
-    assert made.last(2.0 * WHOLE_M), "a new one would not last either"
+    made.renew(2.0 * WHOLE_M)
+    assert made.readiness() == 1.0, "a new one would not last either"
     haul(made, -0.05, -0.05, until_s=0.5 * WHOLE_M / 0.05)
     assert 0.5 < WORN_SHARE < 1.0
-    assert made.last(0.45 * WHOLE_M) and not made.last(0.55 * WHOLE_M)
-    made.renew()
+    made.renew(0.45 * WHOLE_M)
+    assert made.readiness() == 1.0
+    made.renew(0.55 * WHOLE_M)
     assert made.readiness() == 0.0
     haul(made, 0.0, 0.0, until_s=3.0)
-    assert made.readiness() == 1.0 and made.last(0.95 * WHOLE_M)
+    assert made.readiness() == 1.0 and made.left_m.min() > 0.95 * WHOLE_M
 
 
 def test_a_winch_has_no_strokes() -> None:

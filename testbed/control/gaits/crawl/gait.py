@@ -244,9 +244,7 @@ class CrawlGait:
         last = all(other.swing is None for other in self._queue[1:])
         if phase.doing is Activity.UNLOAD and last and self._plan.manner.strokes:
             # Renew the strokes now: in the next shift, the legs would have to wait for it.
-            shift = self._plan.shifts_m(self._way.end - self._body)
-            if not self._strokes.last(shift):
-                self._strokes.renew()
+            self._strokes.renew(self._plan.shifts_m(self._way.end - self._body))
         if phase.way is not None:
             self._way, self._way_clock, self._since_way_s = phase.way, 0.0, 0.0
             if self._plan.manner.strokes:  # the last way may not quite be over

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.formats.arrays import Array
+from testbed.formats.arrays import Array, Flags
 from testbed.laws.traction import (
     GRIPPED,
     IDLE_S,
+    READY_SHARE,
     RESERVE_M,
     STILL_M_S,
     TractionState,
@@ -67,14 +68,24 @@ class Strokes:
         left = np.where(self._hauls, stroke - place, place)
         return np.where(stroke > 0.0, left, np.inf)
 
-    def last(self, way_m: float) -> bool:
-        """Whether the strokes last for so much rope, or are as good as new."""
-        left, whole = float(self.left_m.min()), float(self._device["stroke"][0]) - RESERVE_M
-        return left >= min(way_m, WORN_SHARE * whole)
+    @property
+    def goes_back(self) -> Flags:
+        """(2) whether a device would go back at rest: one whose last whole stroke was the other way
+        counts from the other end, and keeps what it has.
+        """
+        place, stroke = self._state["place"], self._device["stroke"]
+        left = np.where(self._state["way"] < 0.0, stroke - place, place)
+        return np.asarray(left < READY_SHARE * (stroke - RESERVE_M))
 
-    def renew(self) -> None:
-        """Let the body rest until both devices have gone back for whole strokes."""
-        if self._renewing_s >= RENEWING_S:
+    def renew(self, way_m: float) -> None:
+        """Let the body rest until both devices have gone back for whole strokes, if one does not
+        last for so much rope, is not as good as new either, and would go back.
+        """
+        whole = float(self._device["stroke"][0]) - RESERVE_M
+        self._rest_for(self.left_m < min(way_m, WORN_SHARE * whole))
+
+    def _rest_for(self, worn: Flags) -> None:
+        if (worn & self.goes_back).any() and self._renewing_s >= RENEWING_S:
             self._renewing_s = 0.0
 
     def follow(self, rates_m_s: Array, tension_n: Array, supply_pa: float, dt: float) -> None:
@@ -89,15 +100,15 @@ class Strokes:
     def readiness(self) -> float:
         """0 to 1: how fast the body may move for the strokes' sake.
 
-        A device that has not gone back in such a rest is let run to its end: one that has paid out
-        counts from the other end, and keeps what it has.
+        A device that would not go back at rest, or has not, is let run to its end.
         """
         if not self.gripped:
             self._rested = False
             return 0.0
-        if float(self.left_m.min()) < self._end_m and not self._rested:
+        worn = self.left_m < self._end_m
+        if worn.any() and not self._rested:
             self._rested = True
-            self.renew()
+            self._rest_for(worn)
         return 1.0 if self._renewing_s >= RENEWING_S else 0.0
 
 

@@ -48,6 +48,14 @@ class GaitStyle:
     """The body takes so many times its least time for its way while legs swing."""
     three_feet: float = THREE_FEET
     """On three feet tensions may differ from what is wanted by so much of what they usually may."""
+    lifts_over_steps: bool = True
+    """Whether a foot is lifted by its swing height over all that the ground may rise by, or over the
+    ground that is expected.
+    """
+    search_from: float = 1.0
+    """The search begins above this share of what the ground may lie higher. Ground that is met
+    before, while the foot still goes over, is felt as well.
+    """
     search: Haste = AS_USUAL
     """How fast the ground is sought, on gentle slopes."""
     prints: bool = False
@@ -76,6 +84,8 @@ STYLES = {
         creep_ease=1.1,
         strokes=True,
         prints=True,
+        lifts_over_steps=False,
+        search_from=0.3,
         ramp=0.06,
         three_feet=0.7,
         search=Haste(near=1.8, far=1.5),

@@ -90,9 +90,18 @@ class GroundSearch:
         self._far_m_s: float = max(scale.speed * FAR_SEARCH_M_S * lightness**0.5, self._near_m_s)
         self._base_n = 0.0
 
-    def first_m(self, ground: ExpectedGround) -> float:
-        """Where the search begins."""
-        return ground.height_m + (self._above_m + ground.steps_m)
+    def first_m(self, ground: ExpectedGround, share: float = 1.0) -> float:
+        """Where a search begins that is above this share of what the ground may lie higher."""
+        return ground.height_m + (self._above_m + share * ground.steps_m)
+
+    def high_m(self, start_m: float, ground: ExpectedGround, lift_m: float, over: bool) -> float:
+        """How high a foot from `start_m` is lifted: by lift_m over all that the ground may rise by,
+        or (not `over`) over the ground that is expected, and clear of what it may rise by.
+        """
+        first = self.first_m(ground)
+        if over:
+            return max(start_m, first) + lift_m
+        return max(max(start_m, self.first_m(ground, 0.0)) + lift_m, first)
 
     def speed_m_s(self, height_m: float, ground: ExpectedGround, haste: Haste) -> float:
         """How fast the foot may come down at a height."""

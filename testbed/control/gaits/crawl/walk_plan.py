@@ -306,10 +306,12 @@ class WalkPlan:
         """
         start = feet[leg].copy()
         ground = self.known.expected(place, self.ahead, self.stride.length_m)
-        above = np.array([place[0], place[1], self._ground.first_m(ground)])
-        high = max(float(start[2]), float(above[2])) + self.stride.swing_height_m
+        manner, lift_m = self.manner, self.stride.swing_height_m
+        first_m = self._ground.first_m(ground, manner.search_from)
+        above = np.array([place[0], place[1], first_m])
+        high = self._ground.high_m(float(start[2]), ground, lift_m, manner.lifts_over_steps)
         legs = self._footholds.legs
-        clear, ramp = self.manner.clear, self.manner.swing_ramp
+        clear, ramp = manner.clear, manner.swing_ramp
         way = Swing(legs, leg, start, above, body, body + creep, high, clear, ramp)
         swing = self.timed(way, feet)
         return [
