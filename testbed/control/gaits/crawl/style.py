@@ -49,8 +49,8 @@ class GaitStyle:
     three_feet: float = THREE_FEET
     """On three feet tensions may differ from what is wanted by so much of what they usually may."""
     lifts_over_steps: bool = True
-    """Whether a foot is lifted by its swing height over all that the ground may rise by, or over the
-    ground that is expected.
+    """Whether a foot is lifted by its swing height over all that the ground may rise by, or over
+    what is expected.
     """
     search_from: float = 1.0
     """The search begins above this share of what the ground may lie higher. Ground that is met
