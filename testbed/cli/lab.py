@@ -26,6 +26,9 @@ def climbs(
         list[str] | None,
         typer.Option(help="FILE.py:Class that climbs beside the shipped gait; may be repeated."),
     ] = None,
+    undeclared: Annotated[
+        bool, typer.Option(help="Give each seed an effect that nobody declared.")
+    ] = False,
     set_: Set = None,
 ) -> None:
     """Climb ten metres up every slope, on planes and on rough rock, several seeds each, every seed
@@ -34,7 +37,9 @@ def climbs(
     from testbed.benchmarks.climbs.climbs import CASES, Climbs
 
     cases, own = tuple(case or CASES), tuple(gait or ())
-    work.show(Climbs(seeds, first_seed, way, cases, own, overrides=tuple(set_ or ())))
+    changes = tuple(set_ or ())
+    made = Climbs(seeds, first_seed, way, cases, own, overrides=changes, undeclared=undeclared)
+    work.show(made)
 
 
 @spread

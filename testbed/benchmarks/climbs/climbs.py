@@ -5,8 +5,9 @@ A run ends when the body has gone its way, the machine is lost, or its time is o
 ropes draw the load too far aside for the stride is given a shorter one, as its crew would; where
 none of STRIDE_SHARES is accepted, the climb is refused. A seed draws the machine, the sensors'
 errors, the true friction and, on rock, the surface; control believes the machine on the drawing
-board, one friction, and knows nothing of the rock but its roughness. A gait of one's own climbs the
-same slopes beside the shipped one.
+board, one friction, and knows nothing of the rock but its roughness. On request each seed has an
+effect as well that nobody declared. A gait of one's own climbs the same slopes beside the shipped
+one.
 """
 
 from __future__ import annotations
@@ -50,6 +51,8 @@ STRIDE_SHARES = 1.0, 0.95, 0.9, 0.85, 0.8
 """Of the case's stride; the first that the gait accepts before anything moves is taken."""
 FRICTION = 0.6, 0.8
 """True friction is drawn evenly between these (dry rock, D)."""
+UNDECLARED = "keep_undeclared"
+"""The set of randomisations that says which effects, how large and where (envs/randomisation)."""
 ROUGH = "rough"
 SHIPPED = "crawl"
 """The gait of the scenario; every other name is a `FILE.py:Class`."""
@@ -100,6 +103,8 @@ class Outcome:
     goal_m: float = WAY_M
     gait: str = SHIPPED
     stride_share: float = 1.0
+    undeclared: str | None = None
+    """Effect and place of what nobody declared; None: nothing."""
 
     @property
     def good(self) -> bool:
@@ -135,15 +140,21 @@ def climbs(
     gaits: Sequence[str] = (SHIPPED,),
     draw: str | None = None,
     further: Sequence[str] = (),
+    undeclared: bool = False,
 ) -> list[Climb]:
     """Every case with seeds first .. seeds, seed by seed, so that a part of them is a fair sample;
     under every gait.
 
     `draw`: tolerances from which each seed's machine is drawn; None: the world has the one on the
-    drawing board; `further`: changes of all climbs.
+    drawing board; `further`: changes of all climbs; `undeclared`: each seed has an effect that the
+    model lacks, the same in all of its cases.
     """
+    from testbed.envs.randomisation import draw_overrides, sets
+
+    hidden = {"undeclared": sets()[UNDECLARED]["undeclared"]} if undeclared else {}
     out = []
     for seed in range(first, seeds + 1):
+        lacking = draw_overrides(hidden, np.random.default_rng([seed, 78]))
         for case in cases:
             friction = float(np.random.default_rng([seed, 77]).uniform(*FRICTION))
             drawn = [f"terrain.friction={friction:.4f}"]
@@ -151,7 +162,7 @@ def climbs(
                 drawn += [f"machine.draw={draw}", f"machine.seed={seed}"]
             if case.startswith(ROUGH):
                 drawn.append(f"terrain.roughness_seed={seed}")
-            overrides = (*LONG, *CASES[case], *drawn, *further)
+            overrides = (*LONG, *CASES[case], *drawn, *lacking, *further)
             out += [Climb(case, seed, overrides, gait) for gait in gaits]
     return out
 
@@ -175,6 +186,8 @@ class Climbs(Benchmark[Climb]):
     draw: str | None = "workshop"
     overrides: tuple[str, ...] = ()
     """Changes `a.b=c` of every climb."""
+    undeclared: bool = False
+    """Whether each seed has an effect that nobody declared."""
 
     def __post_init__(self) -> None:
         for name in self.chosen:
@@ -192,7 +205,8 @@ class Climbs(Benchmark[Climb]):
     def cases(self) -> Mapping[str, Climb]:
         """Every climb by slope and seed."""
         gaits = (SHIPPED, *self.own)
-        made = climbs(self.chosen, self.seeds, self.first_seed, gaits, self.draw, self.overrides)
+        chosen, first, changes = self.chosen, self.first_seed, self.overrides
+        made = climbs(chosen, self.seeds, first, gaits, self.draw, changes, self.undeclared)
         return {
             f"{climb.case}, seed {climb.seed}, {self.way_m:g} m, {climb.gait}": climb
             for climb in made
@@ -265,9 +279,14 @@ def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
         way_m,
         climb.gait,
         stride_share,
+        _undeclared(scenario),
     )
     world.close()
     return outcome
+
+
+def _undeclared(scenario: Scenario) -> str | None:
+    return ", ".join(f"{one.effect}@{one.at}" for one in scenario.undeclared) or None
 
 
 def _begin(climb: Climb) -> tuple[Any, float] | InputError:

@@ -53,6 +53,15 @@ def test_every_gait_has_a_row_and_what_it_does_not_say_is_a_dash() -> None:
     assert rows[1][2] == "1 of 1" and rows[1][7] == rows[1][9] == "-"
 
 
+def test_a_seed_has_one_effect_that_nobody_declared_in_all_of_its_cases() -> None:
+    hidden = climbs(["plane 45", "aside 60"], 12, undeclared=True)
+    lacking = {climb.seed: climb.scenario().undeclared for climb in hidden}
+    assert all(climb.scenario().undeclared == lacking[climb.seed] for climb in hidden)
+    assert all(len(effects) == 1 for effects in lacking.values())
+    assert len({effects[0].effect for effects in lacking.values()}) > 4
+    assert not climbs(["plane 45"], 1)[0].scenario().undeclared
+
+
 @pytest.mark.slow
 def test_a_gait_of_ones_own_climbs_beside_the_shipped_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
