@@ -126,7 +126,15 @@ def test_a_summary_says_where_what_was_found_is_not_in_the_model(
     told = Verdict("effect", nothing, sets, {})
     said = RobotDiagnosis("run", nothing, nothing, told, (found,), errors, {})
     rows = [row[0] for row in summary_rows(said)[1]]
+    assert summary_rows(said)[1][0] == ["verdict", "effect", "probability 1.000"]
     assert ("model.yaml" not in rows) == believed == as_json(said)["believed"]
+
+
+@pytest.mark.parametrize(("kind", "expected"), [("none", 0.2), ("unnamed", 0.1), ("effect", 0.7)])
+def test_a_verdict_is_as_probable_as_all_sets_of_its_kind(kind: str, expected: float) -> None:
+    sets = ((("a@x",), 0.4), (("b@y",), 0.3), ((), 0.2), (NO_NAME, 0.1))
+    nothing: Any = None
+    assert Verdict(kind, nothing, sets, {}).probability_of_kind == pytest.approx(expected)
 
 
 def test_few_runs_of_a_perfect_diagnosis_are_off_by_chance() -> None:

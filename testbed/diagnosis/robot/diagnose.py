@@ -39,6 +39,8 @@ Array = npt.NDArray[np.float64]
 LEARNT_SHARE = 0.65
 """Share of a run that is learnt from; the rest is kept back and predicted."""
 SHORTEST_S = SETTLING_S + 40 * BIN_S
+LONGEST_S = 150.0
+"""Of what is weighed together: bins share their noise, and what they share is 7 GB of so long (E)."""
 ALIKE = 1.02
 """Two errors on the kept-back forces whose ratio is below this count as equal, as for single legs
 (E).
@@ -61,6 +63,12 @@ class Verdict:
     def probability(self, name: str) -> float:
         """Probability that the effect is present: the sum over all sets that contain it."""
         return float(sum(p for names, p in self.hypotheses if name in names))
+
+    @property
+    def probability_of_kind(self) -> float:
+        """Probability of all sets of the verdict's kind together."""
+        kinds = {(): "none", NO_NAME: "unnamed"}
+        return sum(p for names, p in self.hypotheses if kinds.get(names, "effect") == self.kind)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +97,10 @@ class RobotDiagnosis:
         return force["after"] <= force["refit"] * ALIKE
 
 
-def check_duration(time_s: Array, file: Path) -> None:
-    """Refuse a run, times (n,) in s, that is too short to learn from."""
+def check_duration(time_s: Array, file: Path) -> float:
+    """A run's seconds, from its times (n,). Raises InputError where that is too short to learn
+    from.
+    """
     duration = float(time_s[-1] - time_s[0])
     if duration < SHORTEST_S:
         raise InputError(
@@ -98,6 +108,20 @@ def check_duration(time_s: Array, file: Path) -> None:
             file=file,
             allowed=f"at least {SHORTEST_S:.3g} s",
         )
+    return duration
+
+
+def check_memory(runs: Iterable[tuple[float, Path]]) -> None:
+    """Refuse runs (seconds, file) that are too long to be weighed together."""
+    total = 0.0
+    for duration, file in runs:
+        total += duration
+        if total > LONGEST_S:
+            raise InputError(
+                f"is too long to be weighed: {total:.4g} s in all",
+                file=file,
+                allowed=f"at most {LONGEST_S:g} s; memory grows with the square of that",
+            )
 
 
 def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotDiagnosis:

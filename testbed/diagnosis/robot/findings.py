@@ -104,10 +104,10 @@ FILES: Mapping[str, str] = {
 
 
 def summary_rows(d: RobotDiagnosis) -> tuple[list[str], list[list[str]]]:
-    """(header, rows) of a short table: effects with their places, and what is missing on the part
-    kept back.
+    """(header, rows) of a short table: the verdict, effects with their places, and what is missing
+    on the part kept back.
     """
-    rows = []
+    rows = [["verdict", d.verdict.kind, f"probability {d.verdict.probability_of_kind:.3f}"]]
     for found in d.found:
         numbers = ", ".join(
             f"{k} {p.value:.3g} {p.unit or ''}" for k, p in found.parameters.items()
