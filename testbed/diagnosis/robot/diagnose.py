@@ -40,7 +40,7 @@ LEARNT_SHARE = 0.65
 """Share of a run that is learnt from; the rest is kept back and predicted."""
 SHORTEST_S = SETTLING_S + 40 * BIN_S
 LONGEST_S = 150.0
-"""Of what is weighed together: bins share their noise, and what they share is 7 GB of so long (E)."""
+"""Of what is weighed together: bins share their noise, whose covariance takes 7 GB for so long."""
 ALIKE = 1.02
 """Two errors on the kept-back forces whose ratio is below this count as equal, as for single legs
 (E).
