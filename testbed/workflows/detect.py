@@ -162,8 +162,8 @@ def _judged(
 
 
 def _found(feet: RecordedFeet, foot: str, states: Array, rule: LossRule) -> dict[str, Any]:
-    """What was called lost, the force at its least, and the score against the reference: nothing but
-    None where there is none.
+    """What was called lost, the least force, and the score against the reference: nothing but None
+    where there is none.
     """
     called = intervals(states < SET, feet.time_s)
     least_n = float(np.nanquantile(feet.force_n[foot], LEAST))
