@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.bins import BIN_S, SETTLING_S
 from testbed.diagnosis.robot.by_law import weighed_by_law
 from testbed.diagnosis.robot.evidence import RawGroup
@@ -45,6 +46,14 @@ ALIKE = 1.02
 """Two errors on the kept-back forces whose ratio is below this count as equal, as for single legs
 (E).
 """
+LEAST_PULL = 0.05
+"""Share of what its feet bear: a machine of whose ropes both pull less, in the mean, does not hang
+on them (E).
+"""
+NO_ROPES = (
+    "no rope pulls; probabilities were fitted on machines that hang on theirs, and of nine sound"
+    " ones that swayed on level ground without any four were given an effect"
+)
 AMBIGUOUS = 3.0
 """Rivals within this of a name, in calibrated log evidence, are reported as ambiguous with it."""
 
@@ -87,6 +96,8 @@ class RobotDiagnosis:
     """Kind of effect -> places at which an effect of the usual size would not show here."""
     resembles: str = ""
     """The kind that an unnamed effect resembles most."""
+    beyond: str = ""
+    """In what the run is unlike all that the probabilities were fitted to, in words."""
 
     @property
     def foretells_forces(self) -> bool:
@@ -124,6 +135,20 @@ def check_memory(runs: Iterable[tuple[float, Path]]) -> None:
             )
 
 
+def beyond_what_was_tried(balances: Balances) -> str:
+    """In what a run, or one of two, is unlike those that the probabilities were fitted to, in
+    words; empty where in nothing.
+    """
+    bodies = (body for body in (balances.body, balances.second) if body is not None)
+    return "" if all(map(_hangs, bodies)) else NO_ROPES
+
+
+def _hangs(body: BodyBalance) -> bool:
+    """Whether ropes pull on the machine; load pins read something where they do not."""
+    on_feet_n = np.linalg.norm(body.foot_force.sum(axis=1), axis=1).mean()
+    return bool(body.seen.tension_n.sum(axis=1).mean() > LEAST_PULL * on_feet_n)
+
+
 def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotDiagnosis:
     """The diagnosis from the balances of one recording, or of two together; `granted`: names
     (effect@place) that are not searched for.
@@ -149,6 +174,7 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
         errors={key: _errors(balances, verdict.chosen, key) for key in balances.raw},
         left_out=_left_out(ledger),
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
+        beyond=beyond_what_was_tried(balances),
     )
 
 

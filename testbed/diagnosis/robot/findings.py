@@ -48,6 +48,7 @@ def as_json(d: RobotDiagnosis) -> dict[str, Any]:
             for kind, places in d.left_out.items()
         ],
         **({"resembles": d.resembles} if d.resembles else {}),
+        **({"beyond": d.beyond} if d.beyond else {}),
     }
 
 
@@ -108,6 +109,8 @@ def summary_rows(d: RobotDiagnosis) -> tuple[list[str], list[list[str]]]:
     on the part kept back.
     """
     rows = [["verdict", d.verdict.kind, f"probability {d.verdict.probability_of_kind:.3f}"]]
+    if d.beyond:
+        rows.append(["beyond what was tried", "", d.beyond])
     for found in d.found:
         numbers = ", ".join(
             f"{k} {p.value:.3g} {p.unit or ''}" for k, p in found.parameters.items()
