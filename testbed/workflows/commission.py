@@ -289,6 +289,7 @@ def believed(found: Weighed, machine: Machine, seconds: float) -> RobotModelFile
     paths = {p: n for p, n in numbers.items() if p.startswith("axes.") and "zero_force" not in p}
     return RobotModelFile(
         description=f"found by the robot itself in {seconds:.0f} s of its commissioning programme",
+        drawing_mass_kg=machine.total_mass_kg,
         machine={
             path: Parameter(value=_possible(path, n.value), unit=n.unit, interval90=n.interval90)
             for path, n in paths.items()

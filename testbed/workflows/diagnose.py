@@ -122,7 +122,11 @@ def _robot(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None])
 
     runs = _read_runs(path for path in (folder, wanted.also) if path is not None)
     before = None if wanted.sound is None else _read_runs([wanted.sound])[0]
-    believed = RobotModelFile() if wanted.model is None else read_robot_model(wanted.model)
+    believed = (
+        RobotModelFile(drawing_mass_kg=runs[0].machine.total_mass_kg)
+        if wanted.model is None
+        else read_robot_model(wanted.model)
+    )
     if wanted.suggest is not None:
         check_file(wanted.suggest, (".yaml",), "--suggest", within=out)
     with owned(out):
