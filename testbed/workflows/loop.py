@@ -51,9 +51,10 @@ def close_loop(
             value=", ".join(scenarios),
             allowed="scenarios with file names of their own, each once",
         )
-    for name in scenarios:
-        _check_long_enough(load_scenario(name), name)
-        _next_of(load_scenario(name), name)
+    loaded = {name: load_scenario(name) for name in scenarios}
+    for name, scenario in loaded.items():
+        _check_long_enough(scenario, name)
+        _next_of(scenario, name)
     with owned(out):
         rows = [_row(name, out / folder, say) for folder, name in folders.items()]
         result = {"scenarios": rows}
