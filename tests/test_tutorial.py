@@ -125,3 +125,19 @@ def test_the_environment_of_the_guide_steps() -> None:
     exec(code, scope)
     scope["env"].close()  # type: ignore[attr-defined]
     assert scope["observation"].shape == (41,) and scope["terminated"] is False  # type: ignore[attr-defined]
+
+
+def test_the_controller_of_the_guide_hears_what_the_recording_says(tmp_path: Path) -> None:
+    (code,) = [
+        body
+        for head, body in _blocks((ROOT / "docs" / "guides" / "recordings.md").read_text())
+        if head == "python"
+    ]
+    recording = ROOT / "tests" / "data" / "first_version" / "robot"
+    scope: dict[str, object] = {}
+    exec(code.replace("RECORDING", str(recording)), scope)
+    told = scope["told"]["estimate"]["own"][0]  # type: ignore[index]
+    _command(f"testbed estimate {recording} --out {tmp_path / 'forces.csv'}")
+    over = csv.read_csv(tmp_path / "forces.csv")
+    for leg, load in zip(LEGS, told, strict=True):
+        assert over[f"force_{leg}_n"].to_numpy()[-1] == pytest.approx(load, abs=1e-3)

@@ -79,11 +79,16 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     """One scenario as an environment, on whatever machine the scenario has: ranges and rewards are
     of its size. All keyword arguments are plain JSON values.
 
-    scenario: file or shipped name; overrides: `a.b=c` changes of it; duration_s: simulated time of
-    an episode, None for the scenario's; randomisation: name of a set in randomisation.yaml or a
-    mapping of the same form, None for none; step_ms: simulated time of a step; weights: reward term
-    -> size of its weight; observations: `flat`, one vector of all rows in [-1, 1], or `dict`, every
-    row by its name and in its unit. Raises InputError for what a scenario refuses.
+    - `scenario`: a file, or the name of a shipped one; `overrides`: `a.b=c` changes of it
+    - `duration_s`: simulated time of an episode; None: the scenario's
+    - `randomisation`: name of a set in randomisation.yaml, or a mapping of its form; None: no draws
+    - `step_ms`: simulated time of a step, a multiple of the control tick's 10 ms
+    - `weights`: name of a reward's term -> size of its weight; those left out keep their own
+    - `observations`: `flat`, one vector (len(table),) in [-1, 1], or `dict`, every row by its name
+      and in its unit
+    - `render_mode`: `human` opens a window, `rgb_array` lets `render` give pictures; None: neither
+
+    Raises InputError for what cannot be used, and for what the scenario refuses.
     """
 
     table: tuple[Observed, ...] = TABLE
@@ -371,6 +376,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         }
 
     def _truth(self, data: Array, truth: Array) -> Truth:
+        """What the reward may see of a step's rows, data and truth (n, columns); they become the
+        step before.
+        """
         rows = TruthRow.from_table(truth)
         before = rows if self._last is None else TruthRow.from_table(self._last[1])
         self._last = data[-1:], truth[-1:]
@@ -380,6 +388,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         return truth_of_step(rows, friction, stance, body_position(before[0]), lost_n)
 
     def _info(self, truth: Truth, data: Array) -> dict[str, Any]:
+        """What a step tells beside its observation."""
         return {
             "t_s": float(data[-1, 0]),
             "verdict": str(self._sim.verdict),

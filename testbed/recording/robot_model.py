@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from testbed.errors import InputError
 from testbed.formats.checked import Checked, Sequence, checked
 from testbed.formats.yaml_files import read_mapping, write_yaml
 from testbed.recording.leg_model import MODEL, Parameters, model_tree
@@ -31,12 +32,18 @@ class PlacedEffect(Checked):
         return checked(Undeclared, told, f"effects.{self.name}")
 
 
+SAME_DRAWING = 1e-4
+"""Drawings whose masses differ by a larger share are two (E)."""
+
+
 class RobotModelFile(Checked):
     """What a robot believes of itself beyond its drawing."""
 
     format: Literal["roboclimber-model/1"] = "roboclimber-model/1"
     rig: Literal["robot"] = "robot"
     description: str = ""
+    drawing_mass_kg: Annotated[float, Field(gt=0.0)] | None = None
+    """mass of the machine's drawing, beside which all this is believed [kg]; null: not said"""
     machine: Parameters = Field(default_factory=dict)
     effects: Annotated[tuple[PlacedEffect, ...], Sequence] = ()
 
@@ -44,6 +51,22 @@ class RobotModelFile(Checked):
     def numbers(self) -> dict[str, float]:
         """Path of the machine -> believed value."""
         return {path: parameter.value for path, parameter in self.machine.items()}
+
+
+def check_drawing(model: RobotModelFile, total_mass_kg: float, file: str | Path) -> None:
+    """Refuse to believe of a machine of this drawing what was found beside another one's.
+
+    Raises InputError.
+    """
+    of_kg = model.drawing_mass_kg
+    if of_kg is not None and abs(of_kg - total_mass_kg) > SAME_DRAWING * total_mass_kg:
+        raise InputError(
+            "is of another machine",
+            file=file,
+            field="drawing_mass_kg",
+            value=of_kg,
+            allowed=f"{total_mass_kg:.6g} kg, as this machine's drawing has it",
+        )
 
 
 def is_robot_model(path: str | Path) -> bool:

@@ -37,6 +37,7 @@ def contents(diagnosis: RobotDiagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict.kind,
         "headline": headline(diagnosis),
         "believed": found.get("believed", True),
+        "beyond": diagnosis.beyond,
         "effects": [effect | {"text": by_name(effect["name"]).text} for effect in found["effects"]],
         "hypotheses": [
             (

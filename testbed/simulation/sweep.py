@@ -14,8 +14,10 @@ from typing import Any
 from testbed.errors import InputError, SimulationFault
 from testbed.formats.files import OccupiedError, make_folder, owned, write_json, write_text
 from testbed.formats.yaml_files import flattened
+from testbed.scenario.scenario import Scenario
 from testbed.scenario.sweep import Sweep, SweepRun
 from testbed.simulation.run import Recording, run_scenario
+from testbed.simulation.run_folder import spelt
 from testbed.simulation.workers import HERE, Workers, work_through
 
 Progress = Callable[[int], None]
@@ -186,6 +188,13 @@ def summary_of(folder: Path) -> dict[str, Any] | None:
     except (OSError, ValueError):
         return None
     return found if isinstance(found, dict) and not found.get("interrupted", True) else None
+
+
+def holds_run(folder: Path, scenario: Scenario) -> bool:
+    """Whether a folder holds all of the run of this very scenario, every value the same."""
+    kept = folder / "scenario.yaml"
+    same = kept.is_file() and kept.read_bytes() == spelt(scenario).encode()
+    return same and summary_of(folder) is not None
 
 
 def collect(runs: Sequence[SweepRun], folder: Path) -> list[dict[str, Any]]:

@@ -72,6 +72,7 @@ def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
     from testbed.recording.robot import read_robot
 
     out = check_answer(out, (".yaml", ".yml"))
+    _check_each_once(recordings)
     runs = [read_robot(folder) for folder in recordings]
     for run in runs:
         check_duration(run.data["t"], run.file)
@@ -90,6 +91,15 @@ def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
     }
     write_text(out.with_suffix(".html"), page(numbers, result))
     return result
+
+
+def _check_each_once(recordings: Sequence[Path]) -> None:
+    """Refuse a recording that is given twice: it would count as two witnesses of the same."""
+    seen: set[Path] = set()
+    for folder in recordings:
+        if folder.resolve() in seen:
+            raise InputError("is given twice", file=folder, allowed="each recording once")
+        seen.add(folder.resolve())
 
 
 def page(numbers: Mapping[str, Number], result: Mapping[str, Any]) -> str:
@@ -145,17 +155,13 @@ def commission_any(
     """
     check_answer(out, (".yaml", ".yml"))
     folders = [Path(g).parent if Path(g).name == "recording.yaml" else Path(g) for g in given]
-    if all((folder / "recording.yaml").is_file() for folder in folders):
+    if all(map(_recorded, folders)):
         if overrides or seed is not None:
             raise InputError("would have no effect on a recording", field="--set, --seed")
         return commission(folders, out)
     if len(given) > 1:
-        raise InputError(
-            "is no recording",
-            file=out,
-            value=" ".join(given),
-            allowed="recordings, or one scenario",
-        )
+        first = next(name for name, at in zip(given, folders, strict=True) if not _recorded(at))
+        raise InputError("is no recording", file=first, allowed="recordings, or one scenario")
     with recorded(given[0], overrides, seed, stages_of(Path(out))) as runs:
         try:
             return commission(runs, out)
@@ -169,6 +175,10 @@ def commission_any(
                 value=error.value,
                 allowed=error.allowed,
             ) from error
+
+
+def _recorded(folder: Path) -> bool:
+    return (folder / "recording.yaml").is_file()
 
 
 def stages_of(out: Path) -> Path:
@@ -231,12 +241,9 @@ def _folder(place: Path | None) -> Iterator[Path]:
 def _record(scenario: Scenario, folder: Path) -> None:
     """Run a stage, unless the folder holds all of this very run."""
     from testbed.simulation.run import run_scenario
-    from testbed.simulation.run_folder import spelt
-    from testbed.simulation.sweep import summary_of
+    from testbed.simulation.sweep import holds_run
 
-    kept = folder / "scenario.yaml"
-    same = kept.is_file() and kept.read_bytes() == spelt(scenario).encode()
-    if not (same and summary_of(folder)) and run_scenario(scenario, folder).interrupted:
+    if not holds_run(folder, scenario) and run_scenario(scenario, folder).interrupted:
         raise KeyboardInterrupt
 
 
@@ -282,6 +289,7 @@ def believed(found: Weighed, machine: Machine, seconds: float) -> RobotModelFile
     paths = {p: n for p, n in numbers.items() if p.startswith("axes.") and "zero_force" not in p}
     return RobotModelFile(
         description=f"found by the robot itself in {seconds:.0f} s of its commissioning programme",
+        drawing_mass_kg=machine.total_mass_kg,
         machine={
             path: Parameter(value=_possible(path, n.value), unit=n.unit, interval90=n.interval90)
             for path, n in paths.items()

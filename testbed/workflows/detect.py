@@ -27,6 +27,8 @@ from testbed.workflows.own_files import check_answer
 from testbed.workflows.recorded_feet import RecordedFeet, carrying_of, read_feet
 
 MOST_LOSS_S = 10.0
+LEAST = 1e-3
+"""So much of the time a force may be below what is told as its least: lone samples may lie (E)."""
 
 
 @dataclass(frozen=True)
@@ -160,13 +162,15 @@ def _judged(
 
 
 def _found(feet: RecordedFeet, foot: str, states: Array, rule: LossRule) -> dict[str, Any]:
-    """What was called lost, and the score against the reference: nothing but None where there is
-    none.
+    """What was called lost, the least force, and the score against the reference: nothing but None
+    where there is none.
     """
     called = intervals(states < SET, feet.time_s)
+    least_n = float(np.nanquantile(feet.force_n[foot], LEAST))
     found: dict[str, Any] = {
         "called_lost": len(called),
         "called_lost_share": float(np.mean(states < SET)),
+        "least_share_of_nominal_load": least_n / rule.nominal_load_n,
     }
     if foot not in feet.reference:
         return dict.fromkeys((part.name for part in fields(ContactScore)), None) | found
@@ -177,7 +181,14 @@ def _found(feet: RecordedFeet, foot: str, states: Array, rule: LossRule) -> dict
 def table(done: dict[str, Any]) -> tuple[str, list[str], list[list[str]]]:
     """Title, heads and rows for a person."""
     title = f"Contact by {done['detector']} from {done['force']}"
-    heads = ["foot", "nominal load N", "break-away N", "called lost", "share of time"]
+    heads = [
+        "foot",
+        "nominal load N",
+        "break-away N",
+        "called lost",
+        "share of time",
+        "least force, of nominal",
+    ]
     scored = done["reference"] is not None
     if scored:
         title += f", against {done['reference']}"
@@ -199,6 +210,7 @@ def table(done: dict[str, Any]) -> tuple[str, list[str], list[list[str]]]:
             f"{scale['breakaway_n']:.3g} ({scale['breakaway_from']})",
             str(found["called_lost"]),
             f"{found['called_lost_share']:.3f}",
+            f"{found['least_share_of_nominal_load']:.2f}",
         ]
         if scored:
             row += _scored(found)

@@ -5,7 +5,7 @@ written.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -120,9 +120,13 @@ def _robot(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None])
     from testbed.recording.robot_model import RobotModelFile, read_robot_model
     from testbed.report.robot_diagnosis_page import page
 
-    runs = [_read_run(path) for path in (folder, wanted.also) if path is not None]
-    before = None if wanted.sound is None else _read_run(wanted.sound)
-    believed = RobotModelFile() if wanted.model is None else read_robot_model(wanted.model)
+    runs = _read_runs(path for path in (folder, wanted.also) if path is not None)
+    before = None if wanted.sound is None else _read_runs([wanted.sound])[0]
+    believed = (
+        RobotModelFile(drawing_mass_kg=runs[0].machine.total_mass_kg)
+        if wanted.model is None
+        else read_robot_model(wanted.model)
+    )
     if wanted.suggest is not None:
         check_file(wanted.suggest, (".yaml",), "--suggest", within=out)
     with owned(out):
@@ -136,14 +140,18 @@ def _robot(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None])
     return Diagnosed(f"{found.name}: {found.verdict.kind}", tree, summary_rows(found), out / PAGE)
 
 
-def _read_run(folder: Path) -> RobotRecording:
-    from testbed.diagnosis.robot.diagnose import check_duration
+def _read_runs(folders: Iterable[Path]) -> list[RobotRecording]:
+    """Recordings that are weighed together. Raises InputError where that cannot be done."""
+    from testbed.diagnosis.robot.diagnose import check_duration, check_memory
     from testbed.diagnosis.robot.rig import NEEDED
     from testbed.recording.robot import read_robot
 
-    run = read_robot(folder, NEEDED)
-    check_duration(run.data["t"], run.folder / run.header.data)
-    return run
+    runs = [read_robot(folder, NEEDED) for folder in folders]
+    files = [run.folder / run.header.data for run in runs]
+    check_memory(
+        (check_duration(run.data["t"], file), file) for run, file in zip(runs, files, strict=True)
+    )
+    return runs
 
 
 def diagnose_recordings(

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from testbed.formats.files import owned, write_json, write_text
+from testbed.errors import InputError
+from testbed.formats.files import owned, read_json, write_json, write_text
 from testbed.machine.names import LEGS
 from testbed.report.loop_page import page
 
@@ -25,48 +26,97 @@ NEXT_SEED = 100
 """Its seed is this much higher: other noise, other sensors' errors."""
 SHOWN = 240
 """So many points of each course are kept for the page."""
+SUMMARY = "summary.json"
+"""A run whose folder has one is done."""
 Progress = Callable[[str], None]
 
 
 def close_loop(
     out: Path, scenarios: Sequence[str] = SCENARIOS, tell: Progress | None = None
 ) -> dict[str, Any]:
-    """Close the loop on every scenario in `out/<scenario>`; what is there already is not run again.
+    """Close the loop on every scenario in `out/<scenario>`; of the very same scenario what is there
+    already is not run again.
 
-    Returns the contents of `loop.json`, written beside `loop.html`. Raises InputError for a folder
-    that cannot be used.
+    Returns the contents of `loop.json`, written beside `loop.html`. Raises InputError, before the
+    first of them is run, for a folder or a scenario that cannot be used.
     """
     from testbed.scenario.scenario import load_scenario
 
     say = tell or (lambda _: None)
-    for name in scenarios:
-        load_scenario(name)  # all of them can be used, before the first is run
+    folders = {Path(name).stem: name for name in scenarios}
+    if len(folders) < len(scenarios):
+        raise InputError(
+            "would share a folder",
+            field="--scenario",
+            value=", ".join(scenarios),
+            allowed="scenarios with file names of their own, each once",
+        )
+    loaded = {name: load_scenario(name) for name in scenarios}
+    for name, scenario in loaded.items():
+        _check_long_enough(scenario, name)
+        _next_of(scenario, name)
     with owned(out):
-        rows = [_row(name, out / Path(name).stem, say) for name in scenarios]
+        rows = [_row(name, out / folder, say) for folder, name in folders.items()]
         result = {"scenarios": rows}
         write_json(out / "loop.json", result)
         write_text(out / "loop.html", page(rows))
     return result
 
 
+def _check_long_enough(scenario: Scenario, name: str) -> None:
+    """Refuse what a diagnosis would refuse after the run."""
+    from testbed.diagnosis.robot.diagnose import SHORTEST_S
+
+    if scenario.duration_s < SHORTEST_S:
+        raise InputError(
+            "is too short to learn from",
+            file=name,
+            field="duration_s",
+            value=scenario.duration_s,
+            allowed=f"at least {SHORTEST_S:.3g} s",
+        )
+
+
+def _next_of(scenario: Scenario, name: str) -> Scenario:
+    """The other scenario for the machine of this one. Raises InputError where that machine cannot
+    be in it.
+    """
+    from testbed.simulation.run_summary import elsewhere
+
+    try:
+        return elsewhere(scenario, NEXT, scenario.seed + NEXT_SEED)
+    except InputError as error:
+        raise InputError(
+            f"its machine cannot be judged in {NEXT}: {error.problem}",
+            file=name,
+            field=error.field,
+            value=error.value,
+            allowed=error.allowed,
+        ) from error
+
+
 def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
     from testbed.scenario.scenario import load_scenario
-    from testbed.simulation.run_summary import elsewhere, hidden_effects, hidden_numbers
-    from testbed.workflows.diagnose import Wanted, diagnose_folder
+    from testbed.simulation.run_summary import hidden_effects, hidden_numbers
+    from testbed.simulation.sweep import holds_run
+    from testbed.workflows.diagnose import FINDINGS, Wanted, diagnose_folder
 
     scenario = load_scenario(name)
+    diagnosis = folder / "diagnosis"
     say(f"{name}: first run")
-    _run(folder / "first", scenario, None)
-    findings = folder / "diagnosis" / "findings.json"
-    if not findings.is_file():
+    if not holds_run(folder / "first", scenario):
+        _forget(diagnosis / FINDINGS)
+        _run(folder / "first", scenario, None)
+    if not (diagnosis / FINDINGS).is_file():
         say(f"{name}: diagnosis")
-        diagnose_folder(folder / "first", folder / "diagnosis", Wanted())
-    found = json.loads(findings.read_text())
+        _forget(folder / "next_after" / SUMMARY)
+        diagnose_folder(folder / "first", diagnosis, Wanted())
+    found = json.loads((diagnosis / FINDINGS).read_text())
     say(f"{name}: another scenario, as believed")
-    other = elsewhere(scenario, NEXT, scenario.seed + NEXT_SEED)
+    other = _next_of(scenario, name)
     before = _run(folder / "next_before", other, None)
     say(f"{name}: another scenario, with what was found")
-    after = _run(folder / "next_after", other, folder / "diagnosis" / "model.yaml")
+    after = _run(folder / "next_after", other, diagnosis / "model.yaml")
     return {
         "scenario": name,
         "next": other.name,
@@ -86,17 +136,21 @@ def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
 
 
 def _run(folder: Path, scenario: Scenario, model: Path | None) -> dict[str, Any]:
-    """The run's summary; a run that is there already is kept."""
+    """The run's summary; a run of this very scenario that is there already is kept."""
     from testbed.simulation.run import run_scenario
-    from testbed.simulation.sweep import summary_of
+    from testbed.simulation.sweep import holds_run
     from testbed.workflows.report import write_report
 
-    if summary_of(folder) is None:
+    if not holds_run(folder, scenario):
         if run_scenario(scenario, folder, model).interrupted:
             raise KeyboardInterrupt
         write_report(folder)
-    summary: dict[str, Any] = json.loads((folder / "summary.json").read_text())
-    return summary
+    return read_json(folder / SUMMARY)
+
+
+def _forget(file: Path) -> None:
+    """Take away the file by which a folder counts as made: what it was made from is made anew."""
+    file.unlink(missing_ok=True)
 
 
 def _course(folder: Path) -> dict[str, list[float]]:

@@ -35,7 +35,12 @@ from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS
 from testbed.machine.overridden import check_effective
 from testbed.recording.leg_model import EffectEntry, LegModel
-from testbed.recording.robot_model import RobotModelFile, is_robot_model, read_robot_model
+from testbed.recording.robot_model import (
+    RobotModelFile,
+    check_drawing,
+    is_robot_model,
+    read_robot_model,
+)
 from testbed.robot.model import RobotModel
 from testbed.scenario.machines import WORKSHOP
 from testbed.world.undeclared import attachments_of, bodies_of, hidden_of
@@ -173,6 +178,7 @@ def believed_robot(
             sure = Uncertainty(tolerances, spreads_of_leg(of_leg))
         return BelievedRobot(machine, of_leg, file=Path(model), sure=sure)
     file = read_robot_model(model)
+    check_drawing(file, machine.total_mass_kg, model)
     for path, value in file.numbers.items():
         check_effective(path, value, True, model, "machine")
     of_cylinders, of_body = [], []

@@ -50,3 +50,17 @@ def test_no_cylinder_comes_near_its_stops() -> None:
         share = (ways - lower) / (upper - lower)
         assert np.ptp(share) > 0.1
         assert share.min() > 0.05 and share.max() < 0.95
+
+
+def test_a_foot_is_not_meant_to_carry_as_long_as_it_is_lifted() -> None:
+    """From the first centimetre of its way up to the last of its way down."""
+    task = Commission(kind="commission")
+    start = believed_start(scenario(), UPRIGHT)
+    gait = CommissionGait(task, replace(start, rope_tension_n=np.zeros(2)))
+    keys, tick = program(task), 0.01
+    times = np.arange(0.0, keys[-1].t, tick)
+    lift = np.array([np.interp(times + tick, [k.t for k in keys], [k.lift_m[0] for k in keys])])[0]
+    carries = np.array([gait.command(t, tick, None).stance[0] for t in times])  # type: ignore[arg-type]
+    alone = (times > 0.0) & (times < next(k.t for k in keys if not k.stance[1]))
+    assert not carries[alone & (lift > 1e-3)].any()
+    assert carries[alone & (lift == 0.0)].mean() > 0.99

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,14 @@ from testbed.benchmarks.diagnosis.robot_scores import calibration as calibration
 from testbed.benchmarks.diagnosis.robot_scores import scores, target
 from testbed.benchmarks.harness import LINES
 from testbed.diagnosis.leg.findings import FORMAT
-from testbed.diagnosis.robot.diagnose import SHORTEST_S, RobotDiagnosis, Verdict, check_duration
+from testbed.diagnosis.robot.diagnose import (
+    NO_ROPES,
+    SHORTEST_S,
+    RobotDiagnosis,
+    Verdict,
+    beyond_what_was_tried,
+    check_duration,
+)
 from testbed.diagnosis.robot.findings import as_json, models, summary_rows
 from testbed.diagnosis.robot.groups import FORCES
 from testbed.diagnosis.robot.parameters import Found
@@ -126,7 +134,38 @@ def test_a_summary_says_where_what_was_found_is_not_in_the_model(
     told = Verdict("effect", nothing, sets, {})
     said = RobotDiagnosis("run", nothing, nothing, told, (found,), errors, {})
     rows = [row[0] for row in summary_rows(said)[1]]
+    assert summary_rows(said)[1][0] == ["verdict", "effect", "probability 1.000"]
     assert ("model.yaml" not in rows) == believed == as_json(said)["believed"]
+
+
+@pytest.mark.parametrize(("kind", "expected"), [("none", 0.2), ("unnamed", 0.1), ("effect", 0.7)])
+def test_a_verdict_is_as_probable_as_all_sets_of_its_kind(kind: str, expected: float) -> None:
+    sets = ((("a@x",), 0.4), (("b@y",), 0.3), ((), 0.2), (NO_NAME, 0.1))
+    nothing: Any = None
+    assert Verdict(kind, nothing, sets, {}).probability_of_kind == pytest.approx(expected)
+
+
+def test_a_run_without_ropes_is_said_to_be_unlike_those_that_were_tried() -> None:
+    """Its load pins read some newtons all the same; feet of a machine that hangs bear less."""
+
+    def balances(*tensions_n: float) -> Any:
+        foot_force = np.tile([0.0, 0.0, 1e4], (5, 4, 1))
+        bodies = [
+            SimpleNamespace(
+                seen=SimpleNamespace(tension_n=np.full((5, 2), n)), foot_force=foot_force
+            )
+            for n in tensions_n
+        ]
+        return SimpleNamespace(body=bodies[0], second=bodies[1] if bodies[1:] else None)
+
+    assert beyond_what_was_tried(balances(12e3)) == ""
+    assert beyond_what_was_tried(balances(100.0)) == NO_ROPES
+    assert beyond_what_was_tried(balances(12e3, 100.0)) == NO_ROPES
+    nothing: Any = None
+    told = Verdict("none", nothing, (((), 1.0),), {})
+    said = RobotDiagnosis("run", nothing, nothing, told, (), {FORCES: {}}, {}, beyond=NO_ROPES)
+    assert as_json(said)["beyond"] == NO_ROPES
+    assert ["beyond what was tried", "", NO_ROPES] in summary_rows(said)[1]
 
 
 def test_few_runs_of_a_perfect_diagnosis_are_off_by_chance() -> None:

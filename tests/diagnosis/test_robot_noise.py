@@ -4,6 +4,7 @@ joints that play.
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -12,7 +13,7 @@ import pytest
 
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE, swung
-from testbed.diagnosis.robot.friction import side_growth
+from testbed.diagnosis.robot.friction import side_coefficient, side_growth
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.levels import left_by, level_of
 from testbed.diagnosis.robot.motion_noise import (
@@ -22,10 +23,14 @@ from testbed.diagnosis.robot.motion_noise import (
     taken_by_stops,
 )
 from testbed.diagnosis.robot.places import lies_in_play, played, rounded, swept
+from testbed.diagnosis.robot.tolerances import middle
 from testbed.effects.force_cushion import BEYOND_M, Cushion
 from testbed.effects.hydraulics_air import compliance_1_pa, free_share
 from testbed.machine.build import build_machine
 from testbed.machine.scale import ROBOCLIMBER, Scale
+from testbed.recording.leg_model import Parameter
+from testbed.recording.robot_model import RobotModelFile, write_robot_model
+from testbed.world.believed_robot import believed_robot
 
 STEP_S = 0.1
 NOTHING = Hypothesis((), 0.0, np.zeros(0), np.zeros((0, 0)))
@@ -103,6 +108,20 @@ def test_side_friction_grows_along_the_stroke_as_declared() -> None:
     assert side_growth(axis, np.array([0.25, 0.0, 0.5]), 0.5) == pytest.approx(
         1.0 + axis.seal.side_load_growth * np.array([0.0, -0.5, 0.5])
     )
+
+
+def test_side_friction_is_what_was_told_of_a_seal_else_the_middle_of_its_tolerance(
+    tmp_path: Path,
+) -> None:
+    """What a commissioning found of one seal is not taken for the workshop's usual one."""
+    file, told = tmp_path / "model.yaml", Parameter(value=0.12, unit="1")
+    path = "axes.fl_radial.seal.side_load_coefficient"
+    write_robot_model(file, RobotModelFile(machine={path: told}))
+    machine = believed_robot(build_machine(), file).machine
+    found = {name: side_coefficient(axis, machine.seal) for name, axis in machine.axes.items()}
+    usual = middle("axes.*.seal.side_load_coefficient", machine.seal.side_load_coefficient)
+    assert found.pop("fl_radial") == told.value != usual
+    assert set(found.values()) == {usual}
 
 
 def test_what_shakes_stands_off_the_line_through_its_neighbours() -> None:

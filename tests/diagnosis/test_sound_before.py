@@ -11,7 +11,7 @@ import pytest
 from testbed.benchmarks.diagnosis.robot_draws import drawn
 from testbed.benchmarks.diagnosis.robot_recordings import simulated
 from testbed.benchmarks.diagnosis.robot_trials import balances_in
-from testbed.diagnosis.robot.diagnose import judged
+from testbed.diagnosis.robot.diagnose import LONGEST_S, check_memory, judged
 from testbed.errors import InputError
 from testbed.recording.leg_model import Parameter
 from testbed.recording.robot_model import RobotModelFile, write_robot_model
@@ -56,3 +56,10 @@ def test_a_commissioned_model_and_a_recording_from_before_are_not_counted_twice(
     run = cast(Any, SimpleNamespace(file=tmp_path / "recording.yaml"))
     with pytest.raises(InputError, match="twice"):
         diagnose_recordings([run], model, run)
+
+
+def test_recordings_too_long_to_be_weighed_together_are_refused(tmp_path: Path) -> None:
+    """Their covariance would ask for tens of gigabytes."""
+    check_memory([(LONGEST_S, tmp_path)])
+    with pytest.raises(InputError, match="too long to be weighed: 160 s in all"):
+        check_memory([(100.0, tmp_path), (60.0, tmp_path)])

@@ -152,6 +152,30 @@ def test_through_a_gap_the_state_holds_and_is_not_known() -> None:
     assert np.flatnonzero(~known[:, 0]).tolist() == list(range(1600, 2500))
 
 
+@pytest.mark.parametrize("wrong_s", [np.nan, np.inf, -np.inf])
+def test_a_sample_whose_time_is_no_number_is_left_out_and_the_next_one_is_heard(
+    wrong_s: float,
+) -> None:
+    time = np.arange(1000) / 1000.0
+    force = np.where(time < 0.5, 20.0, 0.0)
+    feet, told = Feet(SingleForce(), np.array([20.0]), np.zeros(1)), []
+    for k, (t, one) in enumerate(zip(time, force, strict=True)):
+        if k == 300:
+            feet.update(wrong_s, np.zeros(1))
+            assert feet.known.all()
+        told.append(feet.update(t, np.array([one]))[0])
+    np.testing.assert_array_equal(told, _states(time, force, 20.0))
+    assert told[-1] == 0.0
+
+
+def test_no_samples_say_nothing_and_another_number_of_forces_is_refused() -> None:
+    feet = Feet(SingleForce(), np.array([20.0]), np.zeros(1))
+    states, known = feet.over(np.empty(0), np.empty((0, 1)))
+    assert states.shape == known.shape == (0, 1)
+    with pytest.raises(InputError, match="force_n"):
+        feet.update(0.0, np.zeros(2))
+
+
 def test_rows_that_are_left_out_are_as_good_as_missing_numbers() -> None:
     time, true, reading = replace(HARD, missing=0.0, duration_s=60.0).draw()
     kept = np.random.default_rng(1).random(len(time)) > 0.3

@@ -176,6 +176,7 @@ def test_the_pages_of_the_diagnosis(word: str) -> None:
                 "learnt": 50,
                 "rivals": [(word, 1.0)],
                 "resembles": word,
+                "beyond": word,
                 "force": word,
                 "places": word,
             },

@@ -103,3 +103,16 @@ def test_a_scenario_that_cannot_serve_is_named_and_not_the_folder_of_its_stage(
         commission_any([str(level)], tmp_path / "model.yaml")
     assert str(told.value.file) == str(level)
     assert not stages_of(tmp_path / "model.yaml").exists()
+
+
+def test_a_recording_given_twice_or_beside_a_scenario_is_refused_by_its_name(
+    tmp_path: Path,
+) -> None:
+    recording = tmp_path / "recording"
+    recording.mkdir()
+    (recording / "recording.yaml").touch()
+    out = tmp_path / "model.yaml"
+    with pytest.raises(InputError, match="recording: is given twice"):
+        commission_any([str(recording), f"{recording}/"], out)
+    with pytest.raises(InputError, match=r"^commissioning_flat: is no recording"):
+        commission_any(["commissioning_flat", str(recording)], out)

@@ -200,6 +200,18 @@ def test_a_force_that_friction_hides_is_that_of_a_foot_in_the_air(tmp_path: Path
     assert loaded["feet"]["foot"]["called_lost_share"] == pytest.approx(1.0 / 3.0, abs=0.01)
 
 
+def test_a_zero_that_hides_losses_shows_in_the_least_force_and_is_seen_once_declared(
+    tmp_path: Path,
+) -> None:
+    walk, out = replace(WALK, offset=0.3), tmp_path / "out.csv"
+    hidden = _detect(_foot(tmp_path / "plain", walk, {}), "--out", out)["feet"]["foot"]
+    assert hidden["missed"] == hidden["losses"] > 0
+    assert hidden["least_share_of_nominal_load"] > 0.2
+    known = {"breakaway_n": 0.3 * walk.nominal_n}
+    told = _detect(_foot(tmp_path / "told", walk, known), "--out", out)["feet"]["foot"]
+    assert told["missed"] < 0.1 * told["losses"]
+
+
 def test_the_scale_given_wins_and_decides_what_a_loss_is(tmp_path: Path) -> None:
     foot, out = _foot(tmp_path / "foot", WALK, {"nominal_load_n": 1.0}), tmp_path / "out.csv"
     done = _detect(foot, "--out", out, "--scale", 9500)

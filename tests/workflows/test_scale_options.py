@@ -13,7 +13,13 @@ FOUND: dict[str, Any] = {
     "detector": "single_force",
     "force": "channel force",
     "reference": None,
-    "feet": {"foot": {"called_lost": 3, "called_lost_share": 0.25}},
+    "feet": {
+        "foot": {
+            "called_lost": 3,
+            "called_lost_share": 0.25,
+            "least_share_of_nominal_load": 0.012,
+        }
+    },
     "scale": {
         "foot": {
             "nominal_load_n": 9810.0,
@@ -55,8 +61,8 @@ def test_a_scale_that_cannot_be_is_refused_as_it_was_written(text: str) -> None:
 def test_without_a_reference_the_table_says_what_was_called_lost() -> None:
     title, heads, (row,) = table(FOUND)
     assert title == "Contact by single_force from channel force"
-    assert len(heads) == len(row) == 5
-    assert row == ["foot", "9810 (declared)", "300 (declared)", "3", "0.250"]
+    assert len(heads) == len(row) == 6
+    assert row == ["foot", "9810 (declared)", "300 (declared)", "3", "0.250", "0.01"]
 
 
 def test_against_a_reference_delays_come_in_milliseconds_and_what_is_not_known_is_empty() -> None:
@@ -65,6 +71,6 @@ def test_against_a_reference_delays_come_in_milliseconds_and_what_is_not_known_i
     title, heads, (scored, bare) = table(
         FOUND | {"reference": "cell", "feet": feet, "scale": scale}
     )
-    assert title.endswith(", against cell") and len(heads) == len(scored) == len(bare) == 12
-    assert scored[5:] == ["4", "1", "12.5", "50.0", "", "0.500", "0.125"]
-    assert bare[5:] == [""] * 7
+    assert title.endswith(", against cell") and len(heads) == len(scored) == len(bare) == 13
+    assert scored[6:] == ["4", "1", "12.5", "50.0", "", "0.500", "0.125"]
+    assert bare[6:] == [""] * 7

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
+from testbed.machine.build import build_machine
 from testbed.scenario.scenario import load_scenario
+from testbed.world.believed_robot import believed_robot
 from testbed.world.simulation import Simulation
 
 HEAD = "format: roboclimber-model/1\nrig: robot\n"
@@ -87,3 +89,13 @@ def _belief(believed: Path | None) -> np.ndarray:
 def test_what_cannot_be_believed_is_refused(tmp_path: Path, body: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
         Simulation(load_scenario("stand_slope_45"), model(tmp_path, body))
+
+
+def test_what_was_found_beside_one_drawing_is_not_believed_of_another(tmp_path: Path) -> None:
+    file = tmp_path / "model.yaml"
+    file.write_text(HEAD + "drawing_mass_kg: 4000.0\n")
+    shipped = build_machine()
+    assert believed_robot(shipped, file).machine.total_mass_kg == shipped.total_mass_kg
+    file.write_text(HEAD + "drawing_mass_kg: 8000.0\n")
+    with pytest.raises(InputError, match=r"drawing_mass_kg = 8000.0: is of another machine"):
+        believed_robot(shipped, file)

@@ -56,7 +56,9 @@ PULL_S, MOVE_M = 2.0, 0.03
 
 @dataclass(frozen=True)
 class KeyPose:
-    """Where body and feet are to be at a time; between two keys they go steadily."""
+    """Where body and feet are to be at a time; between two keys they go steadily. `stance`: which
+    feet carry on the way there.
+    """
 
     t: float
     body_m: tuple[float, float, float]
@@ -98,8 +100,9 @@ class CommissionGait:
         before, now = self._at(t), self._at(t + dt)
         feet = self._feet - now[:3]
         feet[:, 2] += now[3:7]
-        at = max(int(np.searchsorted(self._times, t + dt)) - 1, 0)
-        in_air = ~np.array(self._keys[at].stance)
+        goal = min(int(np.searchsorted(self._times, t + dt)), len(self._keys) - 1)
+        stance = np.array(self._keys[goal].stance)
+        in_air = ~stance
         out, across = now[7:9]
         along_x, along_y = self._outward[in_air].T
         feet[in_air, 0] += out * along_x - across * along_y
@@ -108,7 +111,7 @@ class CommissionGait:
         return Command(
             joints=self._legs.joints(feet) + self._nought,
             rope_rates_m_s=rope_ways / dt,
-            stance=np.array(self._keys[at].stance),
+            stance=stance,
         )
 
     def _at(self, t: float) -> Array:

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.bins import BIN_S, SETTLING_S
 from testbed.diagnosis.robot.by_law import weighed_by_law
 from testbed.diagnosis.robot.evidence import RawGroup
@@ -39,10 +40,20 @@ Array = npt.NDArray[np.float64]
 LEARNT_SHARE = 0.65
 """Share of a run that is learnt from; the rest is kept back and predicted."""
 SHORTEST_S = SETTLING_S + 40 * BIN_S
+LONGEST_S = 150.0
+"""Of what is weighed together: bins share their noise, whose covariance takes 7 GB for so long."""
 ALIKE = 1.02
 """Two errors on the kept-back forces whose ratio is below this count as equal, as for single legs
 (E).
 """
+LEAST_PULL = 0.05
+"""Share of what its feet bear: a machine of whose ropes both pull less, in the mean, does not hang
+on them (E).
+"""
+NO_ROPES = (
+    "no rope pulls; probabilities were fitted on machines that hang on theirs, and of nine sound"
+    " ones that swayed on level ground without any four were given an effect"
+)
 AMBIGUOUS = 3.0
 """Rivals within this of a name, in calibrated log evidence, are reported as ambiguous with it."""
 
@@ -62,6 +73,12 @@ class Verdict:
         """Probability that the effect is present: the sum over all sets that contain it."""
         return float(sum(p for names, p in self.hypotheses if name in names))
 
+    @property
+    def probability_of_kind(self) -> float:
+        """Probability of all sets of the verdict's kind together."""
+        kinds = {(): "none", NO_NAME: "unnamed"}
+        return sum(p for names, p in self.hypotheses if kinds.get(names, "effect") == self.kind)
+
 
 @dataclass(frozen=True, eq=False)
 class RobotDiagnosis:
@@ -79,6 +96,8 @@ class RobotDiagnosis:
     """Kind of effect -> places at which an effect of the usual size would not show here."""
     resembles: str = ""
     """The kind that an unnamed effect resembles most."""
+    beyond: str = ""
+    """In what the run is unlike all that the probabilities were fitted to, in words."""
 
     @property
     def foretells_forces(self) -> bool:
@@ -89,8 +108,10 @@ class RobotDiagnosis:
         return force["after"] <= force["refit"] * ALIKE
 
 
-def check_duration(time_s: Array, file: Path) -> None:
-    """Refuse a run, times (n,) in s, that is too short to learn from."""
+def check_duration(time_s: Array, file: Path) -> float:
+    """A run's seconds, from its times (n,). Raises InputError where that is too short to learn
+    from.
+    """
     duration = float(time_s[-1] - time_s[0])
     if duration < SHORTEST_S:
         raise InputError(
@@ -98,6 +119,34 @@ def check_duration(time_s: Array, file: Path) -> None:
             file=file,
             allowed=f"at least {SHORTEST_S:.3g} s",
         )
+    return duration
+
+
+def check_memory(runs: Iterable[tuple[float, Path]]) -> None:
+    """Refuse runs (seconds, file) that are too long to be weighed together."""
+    total = 0.0
+    for duration, file in runs:
+        total += duration
+        if total > LONGEST_S:
+            raise InputError(
+                f"is too long to be weighed: {total:.4g} s in all",
+                file=file,
+                allowed=f"at most {LONGEST_S:g} s; memory grows with the square of that",
+            )
+
+
+def beyond_what_was_tried(balances: Balances) -> str:
+    """In what a run, or one of two, is unlike those that the probabilities were fitted to, in
+    words; empty where in nothing.
+    """
+    bodies = (body for body in (balances.body, balances.second) if body is not None)
+    return "" if all(map(_hangs, bodies)) else NO_ROPES
+
+
+def _hangs(body: BodyBalance) -> bool:
+    """Whether ropes pull on the machine; load pins read something where they do not."""
+    on_feet_n = np.linalg.norm(body.foot_force.sum(axis=1), axis=1).mean()
+    return bool(body.seen.tension_n.sum(axis=1).mean() > LEAST_PULL * on_feet_n)
 
 
 def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotDiagnosis:
@@ -125,6 +174,7 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
         errors={key: _errors(balances, verdict.chosen, key) for key in balances.raw},
         left_out=_left_out(ledger),
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
+        beyond=beyond_what_was_tried(balances),
     )
 
 

@@ -48,6 +48,7 @@ def as_json(d: RobotDiagnosis) -> dict[str, Any]:
             for kind, places in d.left_out.items()
         ],
         **({"resembles": d.resembles} if d.resembles else {}),
+        **({"beyond": d.beyond} if d.beyond else {}),
     }
 
 
@@ -104,10 +105,12 @@ FILES: Mapping[str, str] = {
 
 
 def summary_rows(d: RobotDiagnosis) -> tuple[list[str], list[list[str]]]:
-    """(header, rows) of a short table: effects with their places, and what is missing on the part
-    kept back.
+    """(header, rows) of a short table: the verdict, effects with their places, and what is missing
+    on the part kept back.
     """
-    rows = []
+    rows = [["verdict", d.verdict.kind, f"probability {d.verdict.probability_of_kind:.3f}"]]
+    if d.beyond:
+        rows.append(["beyond what was tried", "", d.beyond])
     for found in d.found:
         numbers = ", ".join(
             f"{k} {p.value:.3g} {p.unit or ''}" for k, p in found.parameters.items()

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.friction import side_growth
+from testbed.diagnosis.robot.friction import side_coefficient, side_growth
 from testbed.diagnosis.robot.motion_noise import (
     left_by_motions,
     piston_n,
@@ -23,7 +23,7 @@ from testbed.diagnosis.robot.motion_noise import (
     taken_by_stops,
     turns,
 )
-from testbed.diagnosis.robot.tolerances import LATE_S, middle, standard_deviation
+from testbed.diagnosis.robot.tolerances import LATE_S, expected, middle, standard_deviation
 from testbed.diagnosis.robot.walked import lighter, ropes_off
 from testbed.effects import ALL
 from testbed.effects.friction_position import PositionFriction
@@ -32,6 +32,7 @@ from testbed.effects.sensor_delay import Delay
 from testbed.effects.sensor_line_b import LineB
 from testbed.effects.signature import Change, RobotSeen
 from testbed.estimation.cylinder import friction_terms
+from testbed.machine.groups import Seal
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
 from testbed.machine.scale import Scale
@@ -191,7 +192,7 @@ def tolerated(seen: RobotSeen, machine: Machine, biased: bool = True) -> Iterato
                 sd = float(np.prod(sds))
                 yield Tolerated(change, sd, f"{effect.kind}@{place}.{number}")
     for i, axis in enumerate(machine.axes.values()):
-        yield from _friction(seen, i, axis)
+        yield from _friction(seen, i, axis, machine.seal)
         yield _bored(seen, i, axis)
     for k in range(3) if biased else ():  # the accelerometers' biases weigh the whole machine
         bias = seen.weighs(seen.asked_by_gravity[:, :, k])
@@ -235,8 +236,10 @@ def _bored(seen: RobotSeen, i: int, axis: Axis) -> Tolerated:
     return Tolerated(change, sd, f"axes.{axis.name}.{number}", mean, bore_m, bore_m)
 
 
-def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
-    """What seals scatter by; these tolerances are shares of the drawing's numbers."""
+def _friction(seen: RobotSeen, i: int, axis: Axis, drawing: Seal) -> Iterator[Tolerated]:
+    """What seals scatter by; these tolerances are shares of the drawing's numbers, about what was
+    told of this seal.
+    """
     c, seal, own = axis.cylinder, axis.seal, f"axes.{axis.name}"
     for sense, way in (("out", 1.0), ("in", -1.0)):
         now = np.maximum(way * seen.direction[:, i], 0.0) * way
@@ -256,7 +259,7 @@ def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
         shaken = Change(force={i: seen.direction[:, i] * seen.coulomb_n[:, i]})
         yield Tolerated(shaken, 1.0, passing=True)
     number, drawn = "seal.side_load_coefficient", seal.side_load_coefficient
-    centre = middle(f"axes.*.{number}", drawn)
+    centre = side_coefficient(axis, drawing)
     side = float(np.hypot(standard_deviation(f"axes.*.{number}", drawn), 0.3 * (centre - drawn)))
     grown = side_growth(axis, seen.extension_m[:, i], seen.stroke_m[i])
     change = Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i] * grown})
@@ -264,14 +267,15 @@ def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
     yield Tolerated(Delay().made(seen, axis.name, {"delay": LATE_S}), 1.0)
     (change,) = LineB().signature(seen, axis.name).values()
     yield Tolerated(change, LATE_S)
-    for effect, number, declared in (
-        (PositionFriction(), "seal.position_slope", seal.position_slope),
-        (PressureFriction(), "seal.pressure_coefficient_m2", seal.pressure_coefficient_m2),
+    for effect, name in (
+        (PositionFriction(), "position_slope"),
+        (PressureFriction(), "pressure_coefficient_m2"),
     ):
+        number, declared = f"axes.*.seal.{name}", getattr(seal, name)
         (change,) = effect.signature(seen, axis.name).values()
-        mean = middle(f"axes.*.{number}", declared) - declared
-        sd = standard_deviation(f"axes.*.{number}", declared)
-        yield Tolerated(change, sd, f"{own}.{number}", mean, declared)
+        mean = expected(number, declared, getattr(drawing, name)) - declared
+        sd = standard_deviation(number, declared)
+        yield Tolerated(change, sd, f"{own}.seal.{name}", mean, declared)
 
 
 def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import Bins
-from testbed.diagnosis.robot.tolerances import middle
+from testbed.diagnosis.robot.tolerances import expected
 from testbed.estimation.cylinder import friction_terms
-from testbed.machine.groups import Cylinder
+from testbed.machine.groups import Cylinder, Seal
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
 from testbed.robot.robot import Robot
@@ -47,9 +47,12 @@ def _dry(c: Cylinder, speed: Array, sense: str) -> Array:
     return np.asarray(coulomb + static * fading)
 
 
-def side_coefficient(axis: Axis) -> float:
-    """Friction by a newton across the rod, as expected of a cylinder of its kind."""
-    return middle("axes.*.seal.side_load_coefficient", axis.seal.side_load_coefficient)
+def side_coefficient(axis: Axis, drawing: Seal) -> float:
+    """Friction by a newton across the rod, as told of this cylinder, else as expected of its
+    kind.
+    """
+    number = "axes.*.seal.side_load_coefficient"
+    return expected(number, axis.seal.side_load_coefficient, drawing.side_load_coefficient)
 
 
 def side_growth(axis: Axis, extension_m: Array, stroke_m: float) -> Array:
@@ -64,7 +67,7 @@ def friction_across(bins: Bins, robot: Robot, stands: npt.NDArray[np.bool_]) -> 
     both (n, 12); stands (n, 12): whether its leg carries.
     """
     axes, stroke_m = robot.machine.axes.values(), robot.linkages.stroke_m
-    coefficient = np.array([side_coefficient(axis) for axis in axes])
+    coefficient = np.array([side_coefficient(axis, robot.machine.seal) for axis in axes])
     growth = [side_growth(axis, bins.extension_m[:, i], stroke_m[i]) for i, axis in enumerate(axes)]
     level = stands * bins.direction * coefficient
     more = np.array([axis.seal.side_load_growth for axis in axes]) / stroke_m

@@ -10,8 +10,12 @@ contact state.
                    machine is believed (body_belief.py), from all twelve cylinders and the body's
                    balance (whole_body.py), with the foot's force in three axes
 
-All in N along the vertical joint's axis, positive when the ground pushes the foot up. One compiled
-call a step, on the row that has just been measured.
+All in N along the vertical joint's axis, positive when the ground pushes the foot up. pA, pB: the
+chambers' pressures, Pa; A_A, A_B: piston and ring, m2; v, a: speed and acceleration of the rod; m:
+what moves with it, kg; F_f: friction of rod and seals, N. The bracketed numbers are the paper's.
+
+Four legs are one compiled call a step (`step_chain`), on the row that has just been measured;
+nothing is allocated in it but for the whole body. `EstimatorChain` keeps what it remembers.
 """
 
 from __future__ import annotations
@@ -61,9 +65,6 @@ from testbed.formats.records import Record, from_columns, part, quantity
 from testbed.machine.names import LEGS, VERTICAL
 from testbed.recording.rows import DataRow
 from testbed.robot.linkage import Linkage, arm_of, length_of
-
-# The compiled step of the live chain (see chain.py): four legs, one call, nothing allocated but for
-# the whole body.
 
 
 class LegBelief(Record):
@@ -120,7 +121,8 @@ class ChainState(Record):
 
 @njit
 def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
-    """One leg, one step, from the measured part of a DataRow to its estimates.
+    """One leg, one step, from the measured part of a DataRow `row` to its estimates; `belief`:
+    ChainBelief, `state`: the leg's LegState, which moves on.
 
     Corrects the pressures for believed sensor errors first; published columns (1), (3) use them
     corrected too. Friction and oil are the rod's; `arm`, the rod's way by the joint's, turns its

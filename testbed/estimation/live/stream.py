@@ -7,7 +7,8 @@ comes late or not at all.
     told = stream.update(row)          # with estimates: told["estimate"]["own"], told["contact"]
 
 It is the code of a run and of a recording, and gives the same numbers, whatever comes late or not
-at all (joined.py). `known` says which feet's states still rest on a sample.
+at all (joined.py). `known` says which feet's states still rest on a sample. Behind a clock that was
+set back every sample is too late: make a new stream then.
 """
 
 from __future__ import annotations
@@ -45,8 +46,9 @@ class Feet:
         states = feet.update(t, force_n)      # (k,): 1 loaded, 0 contact lost
 
     Samples may come late, twice, with gaps or with forces that are no number: a sample no
-    later than the one before is left out, a force that is no number leaves its foot as it is.
-    The state then holds; `known` says whether it still rests on something.
+    later than the one before, or whose time is no finite number, is left out, a force that is no
+    number leaves its foot as it is. The state then holds; `known` says whether it still rests on
+    something. Behind a clock that was set back everything is too late: make new ones then.
 
     A detector of forces at work on k feet of their own scales, N, each (k,). Raises InputError
     for a detector without a threshold.
@@ -63,18 +65,34 @@ class Feet:
 
     @property
     def known(self) -> Flags:
-        """Whether each foot had a good sample lately, (k,)."""
+        """Whether each foot had a good sample within KNOWN_S of the last one that came in time,
+        (k,).
+        """
         return np.asarray(self._t - self._seen_s <= KNOWN_S, dtype=bool)
 
     def update(self, t: float, force_n: Array) -> Array:
-        """Contact states (k,) after a sample: forces (k,) at time t, s."""
-        states, _ = self.over(np.array([t]), np.asarray(force_n, dtype=np.float64)[None, :])
+        """Contact states (k,) after a sample: forces (k,) at time t, s.
+
+        Raises InputError for another number of forces.
+        """
+        force_n = np.asarray(force_n, dtype=np.float64)
+        if force_n.shape != self._states.shape:
+            raise InputError(
+                "has another shape than the feet",
+                field="force_n",
+                value=force_n.shape,
+                allowed=f"{self._states.shape}: a number for each foot",
+            )
+        states, _ = self.over(np.array([t], dtype=np.float64), force_n[None, :])
         return np.asarray(states[0])
 
     def over(self, time_s: Array, force_n: Array) -> tuple[Array, Flags]:
         """`update` over the next samples, times (n,), forces (n, k): states, and whether they are
         known, (n, k).
         """
+        if len(time_s) == 0:
+            return np.empty(force_n.shape), np.empty(force_n.shape, dtype=bool)
+        time_s = np.where(np.isfinite(time_s), time_s, -np.inf)
         latest = np.maximum.accumulate(np.append(self._t, time_s))
         force_n = np.where((time_s > latest[:-1])[:, None], force_n, np.nan)
         seen = np.where(np.isfinite(force_n), time_s[:, None], -np.inf)
@@ -162,7 +180,9 @@ class Stream:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Whether each foot had a whole sample lately, (4,)."""
+        """Whether each foot had a whole sample within KNOWN_S of the last one that came in time,
+        (4,).
+        """
         return np.asarray(self._told["t"][0] - self._seen_s <= KNOWN_S, dtype=bool)
 
     def update(self, row: NDArray[Any]) -> NDArray[Any]:
