@@ -99,6 +99,8 @@ class Effect:
     """
     within_a_sample: ClassVar[bool] = False
     """Of a size within one sample of a drive's recorder it is the recorder's, and no finding."""
+    shows_at_speed: ClassVar[bool] = False
+    """It moves the force of every motion: one that only slow motion shows is not it."""
     telling_motion: ClassVar[str] = ""
     """The experiment that shows it alone."""
     alike: ClassVar[Mapping[str, str]] = {}

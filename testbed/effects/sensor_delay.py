@@ -41,6 +41,7 @@ class Delay(Effect):
     shapes = ("lag_share",)
     needs_sliding = True
     within_a_sample = True
+    shows_at_speed = True
     telling_motion = "fast reversals at several speeds"
     alike = {
         "friction.presliding": "a bristle's force builds up over a distance, however slow the reversal",

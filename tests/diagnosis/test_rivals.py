@@ -4,6 +4,7 @@ believed of them; a share of an unsure friction is judged by what it is worth.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,6 +15,7 @@ from testbed.benchmarks.diagnosis.bench_trials import BenchTest
 from testbed.diagnosis.leg.bench_probabilities import (
     BenchCalibration,
     BenchSigns,
+    calibration,
     distribution,
 )
 from testbed.diagnosis.leg.diagnose import diagnose
@@ -79,3 +81,10 @@ def test_the_benchmark_of_benches_has_its_table() -> None:
     bench = BenchTest(1, 0)
     (table,) = bench.tables(bench.summarise({"0": told}))
     assert table.rows == [["drive, clean", "1 of 1", "21 to 100 %"]]
+
+
+def test_generic_terms_that_follow_the_noise_of_few_data_speak_for_no_law_without_a_name() -> None:
+    few = BenchSigns(0.5, 3.0, 0.0, 1.0, -6.0, 0.0, 0.0, 0.0, ())
+    helped_by_none = replace(few, generic_fall=0.0)
+    found = distribution(few, (), calibration())
+    assert found == distribution(helped_by_none, (), calibration()) and found[()] > 0.5

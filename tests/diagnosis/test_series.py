@@ -42,6 +42,15 @@ def test_a_gap_and_what_smoothing_carries_there_are_left_out() -> None:
     ).any()  # jitter is no gap
 
 
+def test_beyond_its_ends_nobody_saw_a_recording_either(rig: Rig) -> None:
+    cut = taken(rig.identify[0], slice(2000, 6000))
+    (series,) = series_of([cut])
+    t = series.signals.time_s
+    beside_an_end = (t < t[0] + 0.06) | (t > t[-1] - 0.06)
+    assert not series.clear[beside_an_end].any()
+    assert series.clear[~beside_an_end].mean() > 0.9
+
+
 def test_a_second_that_was_not_recorded_is_no_motion_at_one_speed(rig: Rig) -> None:
     whole = rig.identify[0]
     seconds = whole.time_s - whole.time_s[0]

@@ -22,7 +22,8 @@ from testbed.benchmarks.estimators.identification_trials import (
     speed_profile,
 )
 from testbed.errors import InputError
-from testbed.estimation.friction.evidence import check_opposes, gather
+from testbed.estimation.friction.declared_numbers import Unknown, choose_form
+from testbed.estimation.friction.evidence import Evidence, check_opposes, gather
 from testbed.estimation.friction.identification import identify, identify_rig
 from testbed.estimation.friction.posterior import correlation_inflation, curve, fit_side
 from testbed.recording.axis import read_recording, read_rig
@@ -364,3 +365,15 @@ def test_a_lag_that_drives_the_fastest_rows_is_no_sign_turned_round() -> None:
     check_opposes(velocity, left)
     with pytest.raises(InputError, match="drive the piston"):
         check_opposes(velocity, -300.0 * np.sign(velocity))
+
+
+def test_recordings_that_go_one_way_each_foretell_the_other_way_without_a_constant_force() -> None:
+    """Beside rows of one way any constant force is friction: 1e8 N were foretold for the other."""
+    rng, nothing = np.random.default_rng(0), np.zeros(200)
+    out = np.arange(200) < 100
+    velocity = np.where(out, 1.0, -1.0) * rng.uniform(0.01, 0.2, 200)
+    force = 100.0 * np.sign(velocity) + 1000.0 * velocity + 30.0 + rng.normal(0.0, 1.0, 200)
+    rows = Evidence(velocity, force, nothing, nothing, nothing, np.where(out, 0, 1))
+    constant = Unknown("force_offset_n", np.ones(200))
+    form, squares = choose_form(rows, [constant])
+    assert form == "viscous" and np.sqrt(squares / 200) < 1.5

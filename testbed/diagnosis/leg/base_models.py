@@ -91,14 +91,22 @@ def zero_force(force_scale: float) -> Coordinate:
 
 def declared(rig: Rig, identified: LegModel | None = None) -> LegModel:
     """The declared model without friction; what is declared as null and cannot be 0 is filled from
-    the data, a leg's mass and a rod by their identification.
+    the data, a mass and a rod by their identification. The mass of a bench or a drive stays null
+    where identification finds none.
     """
     known = rig.known
     changes: dict[str, float] = {}
     if identified is not None:
-        # an axis that lies and goes steadily shows no mass, and needs none
+        # an axis that lies and goes steadily shows no mass, and a leg needs none then
         found = {number: getattr(identified.known, number) for number in not_declared(rig)}
-        changes.update({number: value or 0.0 for number, value in found.items()})
+        may_be_null = () if rig.kind == "vertical-leg" else ("moving_mass_kg",)
+        changes.update(
+            {
+                name: value or 0.0
+                for name, value in found.items()
+                if value or name not in may_be_null
+            }
+        )
     if known.stroke_m is None:
         position_m = np.concatenate([recording.position_m for recording in rig.identify])
         changes["stroke_m"] = float(max(np.ptp(position_m), 1e-3))
@@ -108,7 +116,7 @@ def declared(rig: Rig, identified: LegModel | None = None) -> LegModel:
 def not_declared(rig: Rig) -> tuple[str, ...]:
     """Numbers that identification finds where the rig declares none: no findings."""
     needed = {
-        "moving_mass_kg": rig.kind == "vertical-leg",
+        "moving_mass_kg": True,
         "rod_m": any(recording.pressure_b_pa is not None for recording in rig.identify),
     }
     return tuple(
@@ -245,15 +253,20 @@ def within_tolerance(problem: Problem) -> list[Coordinate]:
 
     A leg's declared numbers are those of a machine that was measured: they stay.
     """
-    known = problem.base.known
-    number = {"cylinder": "bore_m", "drive": "moving_mass_kg"}.get(problem.kind)
-    if number is None or not getattr(known, number):
+    known, unknown = problem.base.known, problem.not_declared
+    if problem.kind not in ("cylinder", "drive"):
         return []
-    width = UNKNOWN_SHARE if number in problem.not_declared else known.tolerance(number)
-    most = MOST * width
-    return [
-        Coordinate(DECLARED, number, 0.0, max(-most, -0.99), most, 0.1 * width, prior=(0.0, width))
-    ]
+    numbers = ["bore_m"] if problem.kind == "cylinder" else []
+    if problem.kind == "drive" or "moving_mass_kg" in unknown:
+        numbers.append("moving_mass_kg")
+    out = []
+    for number in numbers:
+        width = UNKNOWN_SHARE if number in unknown else known.tolerance(number)
+        low, high = max(-MOST * width, -0.99), MOST * width
+        if getattr(known, number):
+            prior = (0.0, width)
+            out.append(Coordinate(DECLARED, number, 0.0, low, high, 0.1 * width, prior=prior))
+    return out
 
 
 def _held_to_declared(problem: Problem, fit: Fit) -> Fit:

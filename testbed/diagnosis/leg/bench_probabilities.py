@@ -78,7 +78,8 @@ class BenchSigns:
 
     def of_unnamed(self) -> dict[str, float]:
         """What tells that no name covers what is there; a memory only of what the sensors do not
-        leave anyway.
+        leave anyway. Generic terms that only follow the noise of few data lower nothing, however
+        much worse they foretell the rest.
         """
         return {
             "one": 1.0,
@@ -86,7 +87,7 @@ class BenchSigns:
             "memory": float(np.log(self.memory)) * min(self.excess, 1.0),
             "closed": self.closed,
             "generic": float(np.log(max(self.generic_gain, 1.0))),
-            "fall": self.generic_fall,
+            "fall": max(self.generic_fall, 0.0),
             "companion": self.companion,
         }
 

@@ -53,7 +53,7 @@ def diagnose(
     with_flow = base.known.declares_flow and all(one.opening is not None for one in series)
     tell("friction before")
     free = tuple(one for one in series if one.free) or series
-    before = model or fit_base(Problem(free, base, with_flow))[1]
+    before = model or fit_base(Problem(free, base, with_flow, (), unknown))[1]
     tell("friction on everything")
     problem = Problem(series, base, with_flow, granted, unknown)
     fit, refit = fit_base(problem)

@@ -14,7 +14,7 @@ from testbed.diagnosis.leg.noise import white_noise
 from testbed.effects.terms import Signals
 from testbed.estimation.leg.flow import smoothed_opening, spool
 from testbed.estimation.leg.force import trusted, unseen_travel_m
-from testbed.estimation.leg.gaps import in_gaps
+from testbed.estimation.leg.gaps import at_ends, in_gaps
 from testbed.estimation.leg.motion import WIDTH_S, encoder_noise, grid, signals_of, smooth
 from testbed.recording.axis import Recording
 from testbed.recording.known import Known
@@ -150,9 +150,8 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
     if recording.reference_force_n is not None:
         reference = smooth(even(recording.reference_force_n), width)[::step]
     saturated = (recording.saturated_a | recording.saturated_b).astype(np.float64)
-    clear = (smooth(even(saturated), width)[::step] < UNTOUCHED) & ~in_gaps(
-        recording.time_s, signals.time_s
-    )
+    unseen = in_gaps(recording.time_s, signals.time_s) | at_ends(signals.time_s)
+    clear = (smooth(even(saturated), width)[::step] < UNTOUCHED) & ~unseen
 
     def noise(values: Array, seed: int) -> Array:
         white = np.random.default_rng(seed).standard_normal(len(time))

@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.estimation.cylinder import friction_terms
-from testbed.estimation.friction.evidence import Evidence
+from testbed.estimation.friction.evidence import MINIMUM_ROWS, Evidence
 from testbed.estimation.friction.posterior import (
     C_HIGH,
     C_LOW,
@@ -261,15 +261,22 @@ def _stretches(evidence: Evidence) -> Folds:
     return np.concatenate([QUARTERS**2 * p // max(len(p), 1) % QUARTERS for p in place])
 
 
+def _both_ways(velocity_m_s: Array) -> bool:
+    return bool(min((velocity_m_s > 0.0).sum(), (velocity_m_s < 0.0).sum()) >= MINIMUM_ROWS // 4)
+
+
 def held_out(
     evidence: Evidence, unknown: Sequence[Unknown], form: str, folds: Folds | None = None
 ) -> float:
     """Sum of squared errors, N2, on what was set aside in turn: the rows of each number in `folds`
-    (m,), or else each recording, or quarters of the only one.
+    (m,), or else each recording, or quarters of the only one; stretches of all where the rest would
+    go one way alone, in which a constant force is no other than friction.
     """
     groups = evidence.recording if folds is None else folds
     if len(np.unique(groups)) == 1:
         groups = np.arange(len(evidence)) * QUARTERS // len(evidence)
+    if not all(_both_ways(evidence.velocity_m_s[groups != group]) for group in np.unique(groups)):
+        groups = _stretches(evidence)
     squares = 0.0
     for group in np.unique(groups):
         aside = groups == group

@@ -1,5 +1,6 @@
 """Gaps of a recording: a straight line across one is a motion at one speed that nobody saw, with a
-jerk at both ends. Nothing is computed from it.
+jerk at both ends. Nothing is computed from it. What lies beyond a recording's ends nobody saw
+either.
 """
 
 from __future__ import annotations
@@ -37,6 +38,15 @@ def in_gaps(sampled_s: Array, time_s: Array) -> Flags:
             time_s < sampled_s[row + 1] + BESIDE_GAP_S
         )
     return out
+
+
+def at_ends(time_s: Array) -> Flags:
+    """Which of `time_s` (n,) lie so near to an end of a recording that smoothing takes in what
+    nobody saw: a machine that lurches there is read as one that goes on as it went.
+    """
+    return np.asarray(
+        (time_s < time_s[0] + BESIDE_GAP_S) | (time_s > time_s[-1] - BESIDE_GAP_S), dtype=np.bool_
+    )
 
 
 def stretches(recording: Recording) -> list[Recording]:
