@@ -14,6 +14,7 @@ from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.friction import side_growth
 from testbed.diagnosis.robot.motion_noise import (
+    goes_on,
     left_by_motions,
     piston_n,
     shaken_n,
@@ -48,13 +49,17 @@ HELD_THRUST = 0.8
 """Share of the thrust that stuck vertical cylinders may take up by friction, until they break away
 (E).
 """
-LEFT_ALIKE = 0.1
+LEFT_ALIKE = 0.2
 """Share of what is unsure of dry friction that the seals of all vertical cylinders hold alike while
 they rest (B: the balances of eight sound recordings are likeliest with 0.03 to 0.2).
 """
-HELD_ALIKE, HELD_EACH = 0.5, 0.15
-"""Stiffness of a stuck seal over that of its oil column, beside what its last motion left: common,
-and each one's own (B: of the same recordings).
+HELD_ALIKE, HELD_EACH = 2.0, 0.5
+"""Stiffness of a stuck seal over that of its oil column, common and each one's own: up to three
+(B).
+"""
+KEPT_ALIKE, KEPT_EACH = 0.4, 0.3
+"""Share of the friction that their last motion left which seals at rest may have lost or gained,
+common and each one's own (B: from walks to drillings).
 """
 HAMMER_SHARE = 0.04
 PHASE_HOLDS_S = 3.5
@@ -127,8 +132,8 @@ OF_A_SOUND_MACHINE = ForceNoise(
     alike_s=100.0,
     quick_share=0.02,
     turning_share=0.25,
-    leant_share=0.7,
-    renewed_m=3.0e-4,
+    leant_share=0.6,
+    renewed_m=1.0e-3,
     switched_share=0.03,
     shaken_share=0.25,
 )
@@ -210,16 +215,17 @@ def tolerated(seen: RobotSeen, machine: Machine, biased: bool = True) -> Iterato
 
 def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:
     """What stuck seals take up of changing loads before they break away: as springs beside the
-    oil's, of all alike and of each.
+    oil's; and how much they keep of what their last motion left: of all alike and of each.
     """
     piston = piston_n(seen)
     at_rest = 1.0 - slides_surely(seen.direction)
     stuck = at_rest * (piston - piston.mean(axis=0))
-    yield Tolerated(
-        Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE, passing=True
-    )
-    for i in range(len(AXES)):
-        yield Tolerated(Change(force={i: stuck[:, i]}), HELD_EACH, passing=True)
+    kept = at_rest * seen.sense * (seen.coulomb_n + SIDE * seen.side_load_n)
+    for courses, alike, each in ((stuck, HELD_ALIKE, HELD_EACH), (kept, KEPT_ALIKE, KEPT_EACH)):
+        forces = dict(enumerate(courses.T))
+        yield Tolerated(Change(force=forces), alike, passing=True)
+        for i, force in forces.items():
+            yield Tolerated(Change(force={i: force}), each, passing=True)
     pushed = {i: at_rest[:, i] * seen.thrust_n / len(VERTICAL) for i in VERTICAL}
     yield Tolerated(Change(force=pushed), HELD_THRUST, passing=True)
 
@@ -384,6 +390,6 @@ def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -
         axis=1, keepdims=True
     )
     news = np.maximum(changed - known.news_n, 0.0) / (known.news_share * dry)
-    moved = np.abs(seen.speed_m_s) * step / known.renewed_m
+    moved = goes_on(seen.extension_m) / known.renewed_m
     resting = (1.0 - share) * (step / known.rest_memory_s + news + moved)
     return np.asarray(np.cumsum(share * step / known.memory_s + resting, axis=0))

@@ -16,6 +16,7 @@ SURE_BINS = 1
 """A piston slides surely about a bin of a slide that lasts for this many bins to either side of
 one: what is over sooner was partly at rest.
 """
+NET_BINS = 5
 TURNING_BINS = 2
 """A piston turns round within so many bins to either side."""
 
@@ -70,6 +71,17 @@ def left_by_motions(seen: RobotSeen) -> Array:
     pistons = joints.reshape(seen.bins, legs * 3, 6) * seen.arm_m[:, :, None]
     size = np.sqrt(np.mean(pistons**2, axis=1, keepdims=True))
     return np.asarray(np.clip(pistons / size, -1.0, 1.0))
+
+
+def goes_on(extension_m: Array) -> Array:
+    """(n, k) m by which pistons (n, k) go on in a bin, as means over NET_BINS to either side: an
+    encoder that flickers between two counts goes nowhere.
+    """
+    index = np.arange(len(extension_m))
+    later = np.minimum(index + NET_BINS, index[-1])
+    before = np.maximum(index - NET_BINS, 0)
+    way = np.abs(extension_m[later] - extension_m[before])
+    return np.asarray(way / (later - before)[:, None])
 
 
 def slides_surely(direction: Array) -> Array:
