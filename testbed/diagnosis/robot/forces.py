@@ -57,6 +57,11 @@ HELD_ALIKE, HELD_EACH = 2.0, 0.5
 """Stiffness of a stuck seal over that of its oil column, common and each one's own: up to three
 (B).
 """
+LEANS_UNSEEN = 1.4
+"""How unsure friction at rest of rotation joints is, whose last motion does not show, by that of
+others which moved long ago (B: 0.6 to 0.75 of dry friction in three walks, a sway and a drilling,
+where others have 0.4 to 0.5).
+"""
 KEPT_ALIKE, KEPT_EACH = 0.4, 0.3
 """Share of the friction that their last motion left which seals at rest may have lost or gained,
 common and each one's own (B: from walks to drillings).
@@ -375,7 +380,8 @@ def _unsure(seen: RobotSeen, share: Array, known: ForceNoise) -> Array:
     """(n, 12) 0 to 1: how unsure friction at rest is, by what is not known of its sense; `share`
     (n, 12): how surely a piston slides.
     """
-    return np.asarray((1.0 - share) * (1.0 - known.leant_share * np.abs(seen.sense)))
+    hidden = np.where([axis.endswith("rotation") for axis in AXES], LEANS_UNSEEN, 1.0)
+    return np.asarray(hidden * (1.0 - share) * (1.0 - known.leant_share * np.abs(seen.sense)))
 
 
 def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -> Array:
