@@ -23,6 +23,7 @@ from testbed.diagnosis.robot.motion_noise import (
     switched_n,
     taken_by_stops,
     turns,
+    unsure_at_rest,
 )
 from testbed.diagnosis.robot.tolerances import LATE_S, middle, standard_deviation
 from testbed.effects import ALL
@@ -56,11 +57,6 @@ they rest (B: the balances of eight sound recordings are likeliest with 0.03 to 
 HELD_ALIKE, HELD_EACH = 2.0, 0.5
 """Stiffness of a stuck seal over that of its oil column, common and each one's own: up to three
 (B).
-"""
-LEANS_UNSEEN = 1.4
-"""How unsure friction at rest of rotation joints is, whose last motion does not show, by that of
-others which moved long ago (B: 0.6 to 0.75 of dry friction in three walks, a sway and a drilling,
-where others have 0.4 to 0.5).
 """
 KEPT_ALIKE, KEPT_EACH = 0.4, 0.3
 """Share of the friction that their last motion left which seals at rest may have lost or gained,
@@ -306,7 +302,9 @@ def lasting_of(balance: BodyBalance, known: ForceNoise) -> Array:
     share = slides_surely(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
     age = friction_age(seen, share, dry, known)[bins]
-    stuck = balance.by_force[bins, rows] * (_unsure(seen, share, known) * dry)[bins]
+    stuck = (
+        balance.by_force[bins, rows] * (unsure_at_rest(seen, share, known.leant_share) * dry)[bins]
+    )
     out = np.zeros((len(rows), len(rows)))
     each = list(zip(age.T, known.rest_share * stuck.T, strict=True))
     alike = (age[:, VERTICAL].mean(axis=1), LEFT_ALIKE * stuck[:, VERTICAL].sum(axis=1))
@@ -339,7 +337,7 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
     out += np.diag(blows**2)
     share = slides_surely(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
-    unsure = _unsure(seen, share, known)
+    unsure = unsure_at_rest(seen, share, known.leant_share)
     spread = (known.sliding_share * share + known.rest_share * unsure) * dry
     shaken = seen.line_n > SHAKEN_SHARE * dry  # a piston that is shaken has friction of both senses
     spread = np.hypot(spread, seen.line_n + dry * shaken)
@@ -374,14 +372,6 @@ def swung(seen: RobotSeen, axis: int, by: Array, apart: Array) -> Array:
     left = by * seen.line_n[axis] * np.sinc(frequency * (seen.time_s[1] - seen.time_s[0]))
     turned = np.cos(2.0 * np.pi * frequency * apart) * np.exp(-apart / PHASE_HOLDS_S)
     return np.asarray(0.5 * turned * np.outer(left, left))
-
-
-def _unsure(seen: RobotSeen, share: Array, known: ForceNoise) -> Array:
-    """(n, 12) 0 to 1: how unsure friction at rest is, by what is not known of its sense; `share`
-    (n, 12): how surely a piston slides.
-    """
-    hidden = np.where([axis.endswith("rotation") for axis in AXES], LEANS_UNSEEN, 1.0)
-    return np.asarray(hidden * (1.0 - share) * (1.0 - known.leant_share * np.abs(seen.sense)))
 
 
 def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -> Array:
