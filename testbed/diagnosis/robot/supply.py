@@ -8,7 +8,7 @@ pump, down as fast as oil is drawn and leaks.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -56,10 +56,6 @@ FLOWS = (0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.55, 0.5)
 """Shares of the set pressure and of the full flow, of which the one that fits best is what a weak
 pump is sought at.
 """
-GO_BACK = (0.0, 0.75)
-"""Shares of what both devices would draw, were both going back, with which a weak pump is sought:
-what they draw comes before what the valves get (E).
-"""
 LEAST_DROP_PA, ROUNDS = 2.0e5, 16
 """A smaller drop across an open edge is none that its flow is told by; halvings of a sought
 pressure.
@@ -104,7 +100,14 @@ def supply_of(
     share = np.clip(drawn / unit.full_flow_m3_s, 0.0, 1.5)
     whole = (drawn + hauling.drawn_m3_s + hauling.returning_m3_s) / unit.full_flow_m3_s
     giving = unit.compensator_band_pa * share
-    by_flow = _by_flow(believed, giving, unit.full_flow_m3_s, oils, bins, hauling)
+    sunk = [
+        believed - _given(believed, f * unit.full_flow_m3_s, oils, bins, hauling) for f in FLOWS
+    ]
+    by_flow = _best(
+        [np.maximum(giving, by / (1.0 - f)) for f, by in zip(FLOWS, sunk, strict=True)],
+        FLOWS,
+        believed - bins.supply_pa,
+    )
     apart = np.abs(bins.time_s[:, None] - bins.time_s[None, :])
     noise = SUPPLY_WHITE_PA**2 * np.eye(bins.count)
     slow = np.hypot(
@@ -175,28 +178,6 @@ def _given(
         enough = np.sum(taken * np.sqrt(drops), axis=1) + hauling.drawn_m3_s <= most_m3_s
         low, high = np.where(enough, at, low), np.where(enough, high, at)
     return np.asarray(0.5 * (low + high))
-
-
-def _by_flow(
-    believed_pa: Array,
-    giving_pa: Array,
-    full_m3_s: float,
-    oils: Sequence[Oil],
-    bins: Bins,
-    hauling: Hauling,
-) -> Array:
-    """(n,) by how much the pressure is less by a pump that gives less by one whole of its full
-    flow: of several flows, and of devices that go back or do not, those that fit best; at least as
-    much as the compensator gives way, `giving_pa`.
-    """
-    lacks, factors = [], []
-    for part in GO_BACK:
-        asked = replace(hauling, drawn_m3_s=hauling.drawn_m3_s + part * hauling.returning_m3_s)
-        for factor in FLOWS:
-            sunk = believed_pa - _given(believed_pa, factor * full_m3_s, oils, bins, asked)
-            lacks.append(np.maximum(giving_pa, sunk / (1.0 - factor)))
-            factors.append(factor)
-    return _best(lacks, factors, believed_pa - bins.supply_pa)
 
 
 def _best(lacks: Sequence[Array], factors: Sequence[float], missing: Array) -> Array:
