@@ -16,15 +16,19 @@ from testbed.diagnosis.robot.friction import side_growth
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.levels import left_by, level_of
 from testbed.diagnosis.robot.motion_noise import (
+    LEANS_UNSEEN,
+    goes_on,
     left_by_motions,
     slides_surely,
     swings,
     taken_by_stops,
+    unsure_at_rest,
 )
 from testbed.diagnosis.robot.places import lies_in_play, played, rounded, swept
 from testbed.effects.force_cushion import BEYOND_M, Cushion
 from testbed.effects.hydraulics_air import compliance_1_pa, free_share
 from testbed.machine.build import build_machine
+from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER, Scale
 
 STEP_S = 0.1
@@ -168,3 +172,23 @@ def test_a_line_takes_turns_in_bins_of_half_its_period() -> None:
     found = swung(seen, 0, np.ones(6), apart)
     assert found[0, 0] == pytest.approx(0.5 * (100.0 * 2.0 / np.pi) ** 2)
     assert found[0, 1] < -0.9 * found[0, 0] and found[0, 2] > 0.9 * found[0, 0]
+
+
+def test_an_encoder_that_flickers_goes_nowhere_and_one_that_creeps_goes_on() -> None:
+    count_m, bins = 1.0e-4, 40
+    flickers = count_m * (np.arange(bins) % 2)
+    creeps = count_m * np.arange(bins) / 4.0
+    gone = goes_on(np.column_stack([flickers, creeps]))[10:-10]
+    assert np.all(gone[:, 0] <= 0.1 * count_m)
+    assert gone[:, 1] == pytest.approx(count_m / 4.0)
+
+
+def test_friction_whose_sense_is_known_is_less_unsure_and_that_of_rotation_joints_is_more() -> None:
+    sense = np.zeros((1, len(AXES)))
+    sense[0, AXES.index("rr_radial")] = -1.0
+    seen = cast(Any, SimpleNamespace(sense=sense))
+    unsure = unsure_at_rest(seen, np.zeros_like(sense), 0.6)[0]
+    assert unsure[AXES.index("rr_radial")] == pytest.approx(0.4)
+    assert unsure[AXES.index("rr_vertical")] == 1.0
+    assert unsure[AXES.index("rr_rotation")] == LEANS_UNSEEN
+    assert not np.any(unsure_at_rest(seen, np.ones_like(sense), 0.6))
