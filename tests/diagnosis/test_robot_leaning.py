@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.leaning import FORGOTTEN_BY, leaning_of, leant
+from testbed.diagnosis.robot.leaning import FORGOTTEN_BY, leaning_of, leans_hidden, leant
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES
 from testbed.robot.robot import Robot
@@ -56,6 +56,11 @@ def test_a_recording_shows_it_of_linear_joints_alone() -> None:
     assert leans[RADIAL][200] == 0.0
     assert leans[RADIAL][-1] == pytest.approx(-1.0)
     assert not np.any(leans[ROTATION])
+
+
+def test_play_hides_it_at_the_four_rotation_joints() -> None:
+    hidden = [axis for axis, is_hidden in zip(AXES, leans_hidden(), strict=True) if is_hidden]
+    assert len(hidden) == 4 and all("rotation" in axis for axis in hidden)
 
 
 def test_a_load_that_changes_by_so_many_times_dry_friction_leaves_its_part() -> None:

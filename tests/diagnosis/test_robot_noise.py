@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE, swung
+from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE, held_alike, swung
 from testbed.diagnosis.robot.friction import side_growth
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.levels import left_by, level_of
 from testbed.diagnosis.robot.motion_noise import (
-    LEANS_UNSEEN,
     goes_on,
     left_by_motions,
     slides_surely,
@@ -77,6 +76,27 @@ def test_seals_at_rest_are_left_as_the_body_moved_on_its_feet() -> None:
     back = np.column_stack([feet[0, :, 1], -feet[0, :, 0], np.zeros(4)])
     assert np.sign(about_z) == pytest.approx(np.sign(back)) and np.abs(left).max() <= 1.0
     assert np.abs(about_z[:, 0]).max() < 1.0  # the nearer way is the shorter
+
+
+def test_what_one_motion_left_at_all_feet_adds_up_where_they_lean_alike() -> None:
+    feet = np.array([[[1.0, 0.5, -1.0], [1.0, -0.5, -1.0], [-1.0, 0.5, -1.0], [-1.0, -0.5, -1.0]]])
+    feet, straight = np.repeat(feet, 2, axis=0), np.broadcast_to(np.eye(3), (2, 4, 3, 3))
+    seen = cast(
+        Any,
+        SimpleNamespace(
+            foot_m=feet,
+            foot_by_joint=straight,
+            arm_m=np.ones((2, 12)),
+            bins=2,
+            time_s=np.array([0.0, 100.0]),
+        ),
+    )
+    held_n, along_x = 10.0, np.tile([1.0, 0.0, 0.0], 4)
+    alike = held_alike(seen, np.array([0, 1]), held_n * np.tile(along_x, (2, 1)), 100.0)
+    assert alike[0, 0] >= (4.0 * held_n) ** 2  # of four seals that are apart: 4 held_n^2
+    assert alike[0, 1] == pytest.approx(alike[0, 0] * np.exp(-1.0))
+    against = along_x * np.repeat([1.0, -1.0, -1.0, 1.0], 3)  # no motion of the body leaves these
+    assert held_alike(seen, np.array([0]), held_n * against[None, :], 100.0) == pytest.approx(0.0)
 
 
 def test_a_recording_says_itself_how_noisy_it_is_and_when() -> None:
@@ -183,12 +203,11 @@ def test_an_encoder_that_flickers_goes_nowhere_and_one_that_creeps_goes_on() -> 
     assert gone[:, 1] == pytest.approx(count_m / 4.0)
 
 
-def test_friction_whose_sense_is_known_is_less_unsure_and_that_of_rotation_joints_is_more() -> None:
+def test_friction_at_rest_whose_sense_is_known_is_less_unsure() -> None:
     sense = np.zeros((1, len(AXES)))
     sense[0, AXES.index("rr_radial")] = -1.0
     seen = cast(Any, SimpleNamespace(sense=sense))
     unsure = unsure_at_rest(seen, np.zeros_like(sense), 0.6)[0]
     assert unsure[AXES.index("rr_radial")] == pytest.approx(0.4)
     assert unsure[AXES.index("rr_vertical")] == 1.0
-    assert unsure[AXES.index("rr_rotation")] == LEANS_UNSEEN
     assert not np.any(unsure_at_rest(seen, np.ones_like(sense), 0.6))

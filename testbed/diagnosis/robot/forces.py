@@ -13,6 +13,7 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.friction import side_growth
+from testbed.diagnosis.robot.leaning import leans_hidden
 from testbed.diagnosis.robot.motion_noise import (
     goes_on,
     left_by_motions,
@@ -53,6 +54,12 @@ HELD_THRUST = 0.8
 LEFT_ALIKE = 0.2
 """Share of what is unsure of dry friction that the seals of all vertical cylinders hold alike while
 they rest (B: the balances of eight sound recordings are likeliest with 0.03 to 0.2).
+"""
+HIDDEN_ALIKE = 0.6
+"""Share of what is unsure of the dry friction of resting rotation joints that the body's last
+motion left at all of them: their play hides which way they lean. (B: balances of six sound
+drillings, three sways and three walks are hardly less likely with 0.4; the one that looks most like
+a finding is likeliest with 0.4 and more.)
 """
 HELD_ALIKE, HELD_EACH = 2.0, 0.5
 """Stiffness of a stuck seal over that of its oil column, common and each one's own: up to three
@@ -310,10 +317,11 @@ def lasting_of(balance: BodyBalance, known: ForceNoise) -> Array:
     alike = (age[:, VERTICAL].mean(axis=1), LEFT_ALIKE * stuck[:, VERTICAL].sum(axis=1))
     for since, held in [*each, alike]:
         out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(held, held)
-    return out + _held_alike(seen, bins, known.alike_share * stuck, known.alike_s)
+    left = np.where(leans_hidden(), HIDDEN_ALIKE, known.alike_share) * stuck
+    return out + held_alike(seen, bins, left, known.alike_s)
 
 
-def _held_alike(seen: RobotSeen, bins: npt.NDArray[np.intp], stuck: Array, for_s: float) -> Array:
+def held_alike(seen: RobotSeen, bins: npt.NDArray[np.intp], stuck: Array, for_s: float) -> Array:
     """Covariance (rows, rows) of friction at rest that the body's last motions left at all feet;
     `stuck`: (rows, 12) what a row misses by it.
     """
@@ -360,7 +368,7 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
             out += swung(seen, axis, by, apart)
     if known.alike_share > 0.0:
         held = by_axis * (known.alike_share * unsure * dry)[bins]
-        out += _held_alike(seen, bins, held, known.alike_s)
+        out += held_alike(seen, bins, held, known.alike_s)
     return np.asarray(out)
 
 

@@ -16,6 +16,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from testbed.formats.arrays import Flags
 from testbed.machine.names import AXES
 from testbed.robot.robot import Robot
 
@@ -49,8 +50,14 @@ def leaning_of(data: Mapping[str, Array], period_s: float, robot: Robot) -> list
     counts = np.array([a.encoder_count for a in axes])
     changed = np.abs(np.diff(force, axis=0)) / (FORGOTTEN_BY * dry)
     leans = leant(np.diff(thinned("position"), axis=0) / counts, np.exp(-changed))
-    shown = [one.joint != "rotation" for one in axes]
-    return list((np.repeat(leans, width, axis=0)[:samples] * shown).T)
+    return list((np.repeat(leans, width, axis=0)[:samples] * ~leans_hidden()).T)
+
+
+def leans_hidden() -> Flags:
+    """(12,) of the pistons, AXES order: whether play between piston and encoder hides which way
+    their seals lean.
+    """
+    return np.array([axis.endswith("rotation") for axis in AXES])
 
 
 def leant(steps: Array, kept: Array) -> Array:

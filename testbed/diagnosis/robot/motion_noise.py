@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.effects.signature import RobotSeen
-from testbed.machine.names import AXES
 
 Array = npt.NDArray[np.float64]
 END_SHARE = 0.005
@@ -21,11 +20,6 @@ TURNING_BINS = 2
 """A piston turns round within so many bins to either side."""
 NET_BINS = 5
 """How far a piston goes on is told over so many bins to either side: more than a flicker lasts."""
-LEANS_UNSEEN = 1.4
-"""How unsure friction at rest of rotation joints is, whose last motion does not show, by that of
-others which moved long ago (B: 0.6 to 0.75 of dry friction in three walks, a sway and a drilling,
-where others have 0.4 to 0.5).
-"""
 
 
 def piston_n(seen: RobotSeen) -> Array:
@@ -81,12 +75,11 @@ def left_by_motions(seen: RobotSeen) -> Array:
 
 
 def unsure_at_rest(seen: RobotSeen, share: Array, leant_share: float) -> Array:
-    """(n, 12) 0 and more: how unsure friction at rest is, by that of a linear joint of which
+    """(n, 12) 0 to 1: how unsure friction at rest is, by that of a piston of whose last motion
     nothing is known; `share` (n, 12): how surely a piston slides, `leant_share`: by how much less
     friction is unsure whose sense is known for sure.
     """
-    hidden = np.where([axis.endswith("rotation") for axis in AXES], LEANS_UNSEEN, 1.0)
-    return np.asarray(hidden * (1.0 - share) * (1.0 - leant_share * np.abs(seen.sense)))
+    return np.asarray((1.0 - share) * (1.0 - leant_share * np.abs(seen.sense)))
 
 
 def goes_on(extension_m: Array) -> Array:
