@@ -238,7 +238,7 @@ def fit_robot_diagnosis(
     folders: Folders,
     out: File = None,
     keep_sound: Annotated[
-        bool, typer.Option(help="Let sound machines reach no less than as shipped.")
+        bool, typer.Option(help="Leave what sound machines reach as it is shipped.")
     ] = False,
 ) -> None:
     """Fit the numbers of the robot's diagnosis to runs of `testbed lab robot-diagnosis`."""

@@ -71,7 +71,7 @@ class LoadFriction(Effect):
         """Dry friction that grows with the load that pushes the rod in."""
         axis = seen.axis(place)
         pushed = np.maximum(seen.load_n[:, axis], 0.0)
-        return {"coefficient": Change(force={axis: seen.sense[:, axis] * pushed})}
+        return {"coefficient": Change(force={axis: seen.direction[:, axis] * pushed})}
 
 
 EFFECTS = (LoadFriction(),)

@@ -79,7 +79,7 @@ class PositionFriction(Effect):
         axis = seen.axis(place)
         along = seen.extension_m[:, axis] / seen.stroke_m[axis] - 0.5
         return {
-            "slope": Change(force={axis: seen.sense[:, axis] * seen.coulomb_n[:, axis] * along})
+            "slope": Change(force={axis: seen.direction[:, axis] * seen.coulomb_n[:, axis] * along})
         }
 
 

@@ -169,12 +169,12 @@ def _held_back(seen: RobotSeen, i: int, bend_m: float) -> Array:
     way = seen.speed_m_s[:, i] * float(seen.time_s[1] - seen.time_s[0])
     keep = np.exp(-np.abs(way) / bend_m)
     out = np.empty(seen.bins)
-    share = float(seen.sense[0, i])
+    share = float(seen.direction[0, i])
     for index in range(seen.bins):
         settled = float(np.sign(way[index]))
         share = settled + (share - settled) * float(keep[index])
         out[index] = share
-    return out - seen.sense[:, i]
+    return out - seen.direction[:, i]
 
 
 EFFECTS = (Presliding(),)

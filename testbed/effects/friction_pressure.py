@@ -96,7 +96,7 @@ class PressureFriction(Effect):
         """Dry friction that grows with both pressures."""
         axis = seen.axis(place)
         both = seen.pressure_a_pa[:, axis] + seen.pressure_b_pa[:, axis]
-        return {"coefficient": Change(force={axis: seen.sense[:, axis] * both})}
+        return {"coefficient": Change(force={axis: seen.direction[:, axis] * both})}
 
 
 def not_less_than_none(coordinate: Coordinate) -> Coordinate:

@@ -36,8 +36,6 @@ class RobotSeen:
     acceleration_m_s2: Array
     direction: Array
     """(n, 12) sense of sliding, from -1 to 1; 0 where the piston stands still."""
-    sense: Array
-    """(n, 12) likewise of friction, which a piston that stands still keeps from its last motion."""
     arm_m: Array
     """(n, 12) way of the piston by that of its joint."""
     pressure_a_pa: Array

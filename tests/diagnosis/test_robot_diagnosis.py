@@ -198,7 +198,7 @@ def test_a_name_is_stated_no_surer_than_names_have_been_right(right: int) -> Non
     assert len(said) == 20 and np.mean(stated) == pytest.approx(right / 20, abs=0.03)
 
 
-def test_what_sound_machines_reach_may_be_no_less_than_more_runs_told() -> None:
+def test_what_sound_machines_reach_may_stay_as_more_runs_told_it() -> None:
     trials = [run_trial(k, GAIN, GAIN, 60.0 + k) for k in range(20)]
     trials += [run_trial(20 + k, [], [], 5.0 + 0.2 * k) for k in range(20)]
     known = {sort_of(GAIN[0]): 11.5}

@@ -12,24 +12,21 @@ import numpy as np
 import pytest
 
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE, held_alike, swung
+from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE, swung
 from testbed.diagnosis.robot.friction import side_coefficient, side_growth
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.levels import left_by, level_of
 from testbed.diagnosis.robot.motion_noise import (
-    goes_on,
     left_by_motions,
     slides_surely,
     swings,
     taken_by_stops,
-    unsure_at_rest,
 )
 from testbed.diagnosis.robot.places import lies_in_play, played, rounded, swept
 from testbed.diagnosis.robot.tolerances import middle
 from testbed.effects.force_cushion import BEYOND_M, Cushion
 from testbed.effects.hydraulics_air import compliance_1_pa, free_share
 from testbed.machine.build import build_machine
-from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.recording.leg_model import Parameter
 from testbed.recording.robot_model import RobotModelFile, write_robot_model
@@ -81,27 +78,6 @@ def test_seals_at_rest_are_left_as_the_body_moved_on_its_feet() -> None:
     back = np.column_stack([feet[0, :, 1], -feet[0, :, 0], np.zeros(4)])
     assert np.sign(about_z) == pytest.approx(np.sign(back)) and np.abs(left).max() <= 1.0
     assert np.abs(about_z[:, 0]).max() < 1.0  # the nearer way is the shorter
-
-
-def test_what_one_motion_left_at_all_feet_adds_up_where_they_lean_alike() -> None:
-    feet = np.array([[[1.0, 0.5, -1.0], [1.0, -0.5, -1.0], [-1.0, 0.5, -1.0], [-1.0, -0.5, -1.0]]])
-    feet, straight = np.repeat(feet, 2, axis=0), np.broadcast_to(np.eye(3), (2, 4, 3, 3))
-    seen = cast(
-        Any,
-        SimpleNamespace(
-            foot_m=feet,
-            foot_by_joint=straight,
-            arm_m=np.ones((2, 12)),
-            bins=2,
-            time_s=np.array([0.0, 100.0]),
-        ),
-    )
-    held_n, along_x = 10.0, np.tile([1.0, 0.0, 0.0], 4)
-    alike = held_alike(seen, np.array([0, 1]), held_n * np.tile(along_x, (2, 1)), 100.0)
-    assert alike[0, 0] >= (4.0 * held_n) ** 2  # of four seals that are apart: 4 held_n^2
-    assert alike[0, 1] == pytest.approx(alike[0, 0] * np.exp(-1.0))
-    against = along_x * np.repeat([1.0, -1.0, -1.0, 1.0], 3)  # no motion of the body leaves these
-    assert held_alike(seen, np.array([0]), held_n * against[None, :], 100.0) == pytest.approx(0.0)
 
 
 def test_a_recording_says_itself_how_noisy_it_is_and_when() -> None:
@@ -211,22 +187,3 @@ def test_a_line_takes_turns_in_bins_of_half_its_period() -> None:
     found = swung(seen, 0, np.ones(6), apart)
     assert found[0, 0] == pytest.approx(0.5 * (100.0 * 2.0 / np.pi) ** 2)
     assert found[0, 1] < -0.9 * found[0, 0] and found[0, 2] > 0.9 * found[0, 0]
-
-
-def test_an_encoder_that_flickers_goes_nowhere_and_one_that_creeps_goes_on() -> None:
-    count_m, bins = 1.0e-4, 40
-    flickers = count_m * (np.arange(bins) % 2)
-    creeps = count_m * np.arange(bins) / 4.0
-    gone = goes_on(np.column_stack([flickers, creeps]))[10:-10]
-    assert np.all(gone[:, 0] <= 0.1 * count_m)
-    assert gone[:, 1] == pytest.approx(count_m / 4.0)
-
-
-def test_friction_at_rest_whose_sense_is_known_is_less_unsure() -> None:
-    sense = np.zeros((1, len(AXES)))
-    sense[0, AXES.index("rr_radial")] = -1.0
-    seen = cast(Any, SimpleNamespace(sense=sense))
-    unsure = unsure_at_rest(seen, np.zeros_like(sense), 0.6)[0]
-    assert unsure[AXES.index("rr_radial")] == pytest.approx(0.4)
-    assert unsure[AXES.index("rr_vertical")] == 1.0
-    assert not np.any(unsure_at_rest(seen, np.ones_like(sense), 0.6))

@@ -72,10 +72,10 @@ def test_what_a_change_leaves_alone_stays_alone() -> None:
 
 
 def seen(bins: int = 50) -> RobotSeen:
-    """Measurements of which only times and senses of friction are asked for."""
-    sense = np.ones((bins, len(AXES)))
-    sense[1::2] = -1.0
-    given = SimpleNamespace(time_s=TIME_S[:bins], bins=bins, sense=sense)
+    """Measurements of which only times and directions are asked for."""
+    direction = np.ones((bins, len(AXES)))
+    direction[1::2] = -1.0
+    given = SimpleNamespace(time_s=TIME_S[:bins], bins=bins, direction=direction)
     given.axis = lambda place: AXES.index(place)
     return given  # type: ignore[return-value]
 

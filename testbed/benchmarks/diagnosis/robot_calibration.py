@@ -69,12 +69,12 @@ def unpacked(moved: Array) -> Numbers:
     return {k: float(v * np.exp(by)) for (k, v), by in zip(START.items(), moved, strict=True)}
 
 
-def fit(trials: Sequence[Trial], at_least: Mapping[str, float] | None = None) -> Numbers:
-    """The numbers with the least loss on these runs; `at_least`: what each sort of effect is known
-    to reach in other sound machines.
+def fit(trials: Sequence[Trial], sound: Mapping[str, float] | None = None) -> Numbers:
+    """The numbers with the least loss on these runs; `sound`: what each sort of effect reaches in
+    sound machines, where these runs are not to tell it.
     """
     runs = [(RobotSigns.from_json(t["signs"]), target(t)) for t in trials]
-    sound = highest(sound_of(trials), at_least or {})
+    sound = dict(sound or sound_of(trials))
     weighed = [(Weighed.of(signs, {"sound": sound}), truth) for signs, truth in runs]
     asked = [(w, _rows(w, truth), not truth) for w, truth in weighed]
 
@@ -101,13 +101,8 @@ def sound_of(trials: Sequence[Trial]) -> dict[str, float]:
     for motion in MOTIONS:
         signs = [RobotSigns.from_json(t["signs"]) for t in clean if t["motion"] == motion]
         reach = sound_reach(signs)
-        out = highest(out, reach)
+        out = {k: max(out.get(k, 0.0), reach.get(k, 0.0)) for k in sorted({*out, *reach})}
     return out
-
-
-def highest(one: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
-    """The larger of two reaches of each sort of effect, by sort."""
-    return {k: max(one.get(k, 0.0), other.get(k, 0.0)) for k in sorted({*one, *other})}
 
 
 def sound_reach(runs: Sequence[RobotSigns]) -> dict[str, float]:
@@ -195,17 +190,17 @@ def as_yaml(
 
 def fit_file(folders: Sequence[Path], out: Path | None = None, keep_sound: bool = False) -> str:
     """Fit on all runs of these folders, judge across halves, write (the shipped file if None);
-    returns the text. `keep_sound`: what sound machines reach is no less than what is shipped, for a
-    share of few runs is not told by these alone.
+    returns the text. `keep_sound`: what sound machines reach stays as shipped, for a share of few
+    runs is not told by these.
 
     Raises InputError where a folder has none.
     """
     out = check_file(out or FILE)
-    known = calibration_numbers()["sound"] if keep_sound else None
+    sound = calibration_numbers()["sound"] if keep_sound else None
     made = [t for t in read_trials(folders) if "refused" not in t]
     trials = [*made, *(alone_of(t) for t in made if "alone" in t)]
-    held_out = halves(trials, 10, lambda judged, on: restated(judged, fit(on, known)))
+    held_out = halves(trials, 10, lambda judged, on: restated(judged, fit(on, sound)))
     kept = KEEP_SOUND if keep_sound else ""
-    text = as_yaml(fit(trials, known), trials, calibration(held_out), kept)
+    text = as_yaml(fit(trials, sound), trials, calibration(held_out), kept)
     write_text(out, text)
     return text

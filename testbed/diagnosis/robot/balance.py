@@ -101,7 +101,7 @@ def balance_of(
     side, growing = friction_across(bins, robot, stands)
     side_load = np.zeros((n, len(AXES)))
     for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
-        force = piston - (bins.sense * coulomb + side * side_load) - viscous
+        force = piston - (bins.direction * coulomb + side * side_load) - viscous
         measured = Measured(bins, force, side, growing, hangs, rope_way)
         found = [of_bin(robot, measured, k, bins.joint[k]) for k in range(n)]
         foot_force = np.array([one.foot_force for one in found])
@@ -115,7 +115,6 @@ def balance_of(
         speed_m_s=bins.speed_m_s,
         acceleration_m_s2=bins.acceleration_m_s2,
         direction=bins.direction,
-        sense=bins.sense,
         arm_m=bins.arm_m,
         pressure_a_pa=bins.pressure_a_pa,
         pressure_b_pa=bins.pressure_b_pa,

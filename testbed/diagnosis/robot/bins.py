@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.leaning import leaning_of
 from testbed.diagnosis.robot.shaking import over_standing_feet, quick
 from testbed.estimation.cylinder import replace_clipped
 from testbed.machine.names import AXES, LEGS, SIDES
@@ -48,8 +47,6 @@ class Bins:
     straight.
     """
     direction: Array
-    sense: Array
-    """(n, 12) of friction, -1 to 1: that of sliding, and at rest what the last motion left."""
     pressure_a_pa: Array
     pressure_b_pa: Array
     pressure_a_rate: Array
@@ -165,8 +162,6 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
     rate = rates("position")
     extension, arm = robot.linkages.rods(joint)
     speed, change = rate * arm, _slope(rate, step)
-    direction = _direction(speed, robot.machine.scale.speed)
-    leans = np.column_stack([frame.mean(lean) for lean in leaning_of(data, frame.period_s, robot)])
     absent = np.zeros(count)
     carrying = np.column_stack(
         [mean(n) if n in data else absent + 1.0 for n in (f"carrying_{leg}" for leg in LEGS)]
@@ -185,8 +180,7 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
         speed_m_s=speed,
         acceleration_m_s2=change * arm,
         arm_m=arm,
-        direction=direction,
-        sense=direction + (1.0 - np.abs(direction)) * leans,
+        direction=_direction(speed, robot.machine.scale.speed),
         pressure_a_pa=pressures("pressure_a"),
         pressure_b_pa=pressures("pressure_b"),
         pressure_a_rate=rates("pressure_a"),

@@ -64,8 +64,6 @@ NOISE = ForceNoise(
     alike_s=1000.0,
     quick_share=0.02,
     turning_share=0.5,
-    leant_share=0.0,
-    renewed_m=np.inf,
     switched_share=0.0,
 )
 """At rest friction is anything, for as long as the rest lasts, and teaches nothing: it is not

@@ -13,9 +13,7 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.friction import side_coefficient, side_growth
-from testbed.diagnosis.robot.leaning import leans_hidden
 from testbed.diagnosis.robot.motion_noise import (
-    goes_on,
     left_by_motions,
     piston_n,
     shaken_n,
@@ -24,9 +22,9 @@ from testbed.diagnosis.robot.motion_noise import (
     switched_n,
     taken_by_stops,
     turns,
-    unsure_at_rest,
 )
 from testbed.diagnosis.robot.tolerances import LATE_S, expected, middle, standard_deviation
+from testbed.diagnosis.robot.walked import lighter, ropes_off
 from testbed.effects import ALL
 from testbed.effects.friction_position import PositionFriction
 from testbed.effects.friction_pressure import PressureFriction
@@ -52,23 +50,13 @@ HELD_THRUST = 0.8
 """Share of the thrust that stuck vertical cylinders may take up by friction, until they break away
 (E).
 """
-LEFT_ALIKE = 0.2
-"""Share of what is unsure of dry friction that the seals of all vertical cylinders hold alike while
-they rest (B: the balances of eight sound recordings are likeliest with 0.03 to 0.2).
-"""
-HIDDEN_ALIKE = 0.6
-"""Share of what is unsure of the dry friction of resting rotation joints that the body's last
-motion left at all of them: their play hides which way they lean. (B: balances of six sound
-drillings, three sways and three walks are hardly less likely with 0.4; the one that looks most like
-a finding is likeliest with 0.4 and more.)
+LEFT_ALIKE = 0.3
+"""Share of dry friction that the seals of all vertical cylinders hold alike while they rest (B:
+from 0.1 to 0.5 of sound machines while they drill).
 """
 HELD_ALIKE, HELD_EACH = 2.0, 0.5
 """Stiffness of a stuck seal over that of its oil column, common and each one's own: up to three
 (B).
-"""
-KEPT_ALIKE, KEPT_EACH = 0.4, 0.3
-"""Share of the friction that their last motion left which seals at rest may have lost or gained,
-common and each one's own (B: from walks to drillings).
 """
 HAMMER_SHARE = 0.04
 PHASE_HOLDS_S = 3.5
@@ -103,10 +91,6 @@ class ForceNoise:
     """Friction anew in each bin."""
     turning_share: float
     """A piston that turns round: the seal is somewhere on its way from one sense to the other."""
-    leant_share: float
-    """By so much less at rest is friction unsure whose sense is known for sure."""
-    renewed_m: float
-    """Friction at rest is another one, too, once the piston has gone so far."""
     switched_share: float
     """Share of the change where a load changes from one bin to the next."""
     shaken_share: float = 0.0
@@ -123,7 +107,6 @@ class ForceNoise:
             white_n_m=newton_metre * self.white_n_m,
             white_foot_n=newton * self.white_foot_n,
             news_n=newton * self.news_n,
-            renewed_m=scale.length * self.renewed_m,
         )
 
 
@@ -137,12 +120,10 @@ OF_A_SOUND_MACHINE = ForceNoise(
     rest_memory_s=120.0,
     news_share=3.0,
     news_n=20.0,
-    alike_share=0.05,
+    alike_share=0.1,
     alike_s=100.0,
     quick_share=0.02,
-    turning_share=0.25,
-    leant_share=0.6,
-    renewed_m=1.0e-3,
+    turning_share=0.5,
     switched_share=0.03,
     shaken_share=0.25,
 )
@@ -168,9 +149,16 @@ def tolerance_columns(balance: BodyBalance, machine: Machine) -> tuple[Array, Ar
     those of this recording alone.
     """
     each = [one for one in tolerated(balance.seen, machine) if one.sd > 0.0]
+    if walks(balance):
+        each += [Tolerated(change, 1.0, passing=True) for change in ropes_off(balance.seen)]
     columns = np.column_stack([rows_of(balance, one.change.times(one.sd)) for one in each])
     passing = np.array([one.passing for one in each])
     return columns[:, ~passing], columns[:, passing]
+
+
+def walks(balance: BodyBalance) -> bool:
+    """Whether feet are lifted in it."""
+    return bool(balance.counted[:, BODY_ROWS:].any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,17 +212,16 @@ def tolerated(seen: RobotSeen, machine: Machine, biased: bool = True) -> Iterato
 
 def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:
     """What stuck seals take up of changing loads before they break away: as springs beside the
-    oil's; and how much they keep of what their last motion left: of all alike and of each.
+    oil's, of all alike and of each.
     """
     piston = piston_n(seen)
     at_rest = 1.0 - slides_surely(seen.direction)
     stuck = at_rest * (piston - piston.mean(axis=0))
-    kept = at_rest * seen.sense * (seen.coulomb_n + SIDE * seen.side_load_n)
-    for courses, alike, each in ((stuck, HELD_ALIKE, HELD_EACH), (kept, KEPT_ALIKE, KEPT_EACH)):
-        forces = dict(enumerate(courses.T))
-        yield Tolerated(Change(force=forces), alike, passing=True)
-        for i, force in forces.items():
-            yield Tolerated(Change(force={i: force}), each, passing=True)
+    yield Tolerated(
+        Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE, passing=True
+    )
+    for i in range(len(AXES)):
+        yield Tolerated(Change(force={i: stuck[:, i]}), HELD_EACH, passing=True)
     pushed = {i: at_rest[:, i] * seen.thrust_n / len(VERTICAL) for i in VERTICAL}
     yield Tolerated(Change(force=pushed), HELD_THRUST, passing=True)
 
@@ -255,7 +242,7 @@ def _friction(seen: RobotSeen, i: int, axis: Axis, drawing: Seal) -> Iterator[To
     """
     c, seal, own = axis.cylinder, axis.seal, f"axes.{axis.name}"
     for sense, way in (("out", 1.0), ("in", -1.0)):
-        now = np.maximum(way * seen.sense[:, i], 0.0) * way
+        now = np.maximum(way * seen.direction[:, i], 0.0) * way
         speed = np.abs(seen.speed_m_s[:, i])
         fading = friction_terms(speed, getattr(c, f"stribeck_{sense}_m_s"))[..., 2]
         for kind, course in (("coulomb", now), ("static", now * fading)):
@@ -269,13 +256,13 @@ def _friction(seen: RobotSeen, i: int, axis: Axis, drawing: Seal) -> Iterator[To
         change = Change(force={i: flows})
         yield Tolerated(change, share, f"{own}.{number}", drawn=viscous, per=viscous)
     if seen.line_n[i] > SHAKEN_SHARE * np.median(seen.coulomb_n[:, i]):
-        shaken = Change(force={i: seen.sense[:, i] * seen.coulomb_n[:, i]})
+        shaken = Change(force={i: seen.direction[:, i] * seen.coulomb_n[:, i]})
         yield Tolerated(shaken, 1.0, passing=True)
     number, drawn = "seal.side_load_coefficient", seal.side_load_coefficient
     centre = side_coefficient(axis, drawing)
     side = float(np.hypot(standard_deviation(f"axes.*.{number}", drawn), 0.3 * (centre - drawn)))
     grown = side_growth(axis, seen.extension_m[:, i], seen.stroke_m[i])
-    change = Change(force={i: seen.sense[:, i] * seen.side_load_n[:, i] * grown})
+    change = Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i] * grown})
     yield Tolerated(change, side, f"{own}.{number}", drawn=centre)
     yield Tolerated(Delay().made(seen, axis.name, {"delay": LATE_S}), 1.0)
     (change,) = LineB().signature(seen, axis.name).values()
@@ -297,8 +284,11 @@ def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
     known = OF_A_SOUND_MACHINE.of_size(machine.scale)
     tolerances, passing = tolerance_columns(balance, machine)
     lasting = lasting_of(balance, known) + passing @ passing.T
+    missing = balance.missing[balance.counted]
+    if walks(balance):
+        missing = missing - rows_of(balance, lighter(balance.seen, machine.scale))
     return RawGroup(
-        missing=balance.missing[balance.counted],
+        missing=missing,
         time_s=balance.seen.time_s[bins],
         noise=noise_of(balance, replace(known, rest_share=0.0, alike_share=0.0)) + lasting,
         lasting=lasting,
@@ -313,19 +303,16 @@ def lasting_of(balance: BodyBalance, known: ForceNoise) -> Array:
     share = slides_surely(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
     age = friction_age(seen, share, dry, known)[bins]
-    stuck = (
-        balance.by_force[bins, rows] * (unsure_at_rest(seen, share, known.leant_share) * dry)[bins]
-    )
+    stuck = balance.by_force[bins, rows] * ((1.0 - share) * dry)[bins]
     out = np.zeros((len(rows), len(rows)))
     each = list(zip(age.T, known.rest_share * stuck.T, strict=True))
     alike = (age[:, VERTICAL].mean(axis=1), LEFT_ALIKE * stuck[:, VERTICAL].sum(axis=1))
     for since, held in [*each, alike]:
         out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(held, held)
-    left = np.where(leans_hidden(), HIDDEN_ALIKE, known.alike_share) * stuck
-    return out + held_alike(seen, bins, left, known.alike_s)
+    return out + _held_alike(seen, bins, known.alike_share * stuck, known.alike_s)
 
 
-def held_alike(seen: RobotSeen, bins: npt.NDArray[np.intp], stuck: Array, for_s: float) -> Array:
+def _held_alike(seen: RobotSeen, bins: npt.NDArray[np.intp], stuck: Array, for_s: float) -> Array:
     """Covariance (rows, rows) of friction at rest that the body's last motions left at all feet;
     `stuck`: (rows, 12) what a row misses by it.
     """
@@ -349,8 +336,7 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
     out += np.diag(blows**2)
     share = slides_surely(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
-    unsure = unsure_at_rest(seen, share, known.leant_share)
-    spread = (known.sliding_share * share + known.rest_share * unsure) * dry
+    spread = (known.sliding_share * share + known.rest_share * (1.0 - share)) * dry
     shaken = seen.line_n > SHAKEN_SHARE * dry  # a piston that is shaken has friction of both senses
     spread = np.hypot(spread, seen.line_n + dry * shaken)
     anew = np.hypot(known.turning_share * turns(seen.direction), known.quick_share) * dry
@@ -371,8 +357,8 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
         if seen.line_n[axis] > 0.0:
             out += swung(seen, axis, by, apart)
     if known.alike_share > 0.0:
-        held = by_axis * (known.alike_share * unsure * dry)[bins]
-        out += held_alike(seen, bins, held, known.alike_s)
+        held = by_axis * (known.alike_share * (1.0 - share) * dry)[bins]
+        out += _held_alike(seen, bins, held, known.alike_s)
     return np.asarray(out)
 
 
@@ -398,6 +384,5 @@ def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -
         axis=1, keepdims=True
     )
     news = np.maximum(changed - known.news_n, 0.0) / (known.news_share * dry)
-    moved = goes_on(seen.extension_m) / known.renewed_m
-    resting = (1.0 - share) * (step / known.rest_memory_s + news + moved)
+    resting = (1.0 - share) * (step / known.rest_memory_s + news)
     return np.asarray(np.cumsum(share * step / known.memory_s + resting, axis=0))

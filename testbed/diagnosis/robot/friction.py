@@ -33,7 +33,7 @@ def friction(bins: Bins, machine: Machine) -> tuple[Array, Array, Array]:
         speed = bins.speed_m_s[:, i]
         out, back = _dry(c, speed, "out"), _dry(c, speed, "in")
         extra = seal.pressure_coefficient_m2 * (bins.pressure_a_pa + bins.pressure_b_pa)[:, i]
-        dry[:, i] = np.where(bins.sense[:, i] >= 0.0, out, back) + extra
+        dry[:, i] = np.where(speed >= 0.0, out, back) + extra
         thin = np.exp(-seal.viscosity_rate_1_k * (bins.oil_degc - seal.viscosity_reference_degc))
         sigma = np.where(speed >= 0.0, c.viscous_out_n_s_m, c.viscous_in_n_s_m)
         viscous[:, i] = sigma * thin * speed
@@ -69,6 +69,6 @@ def friction_across(bins: Bins, robot: Robot, stands: npt.NDArray[np.bool_]) -> 
     axes, stroke_m = robot.machine.axes.values(), robot.linkages.stroke_m
     coefficient = np.array([side_coefficient(axis, robot.machine.seal) for axis in axes])
     growth = [side_growth(axis, bins.extension_m[:, i], stroke_m[i]) for i, axis in enumerate(axes)]
-    level = stands * bins.sense * coefficient
+    level = stands * bins.direction * coefficient
     more = np.array([axis.seal.side_load_growth for axis in axes]) / stroke_m
     return level * np.column_stack(growth), level * more * bins.arm_m

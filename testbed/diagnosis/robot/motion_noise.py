@@ -18,8 +18,6 @@ one: what is over sooner was partly at rest.
 """
 TURNING_BINS = 2
 """A piston turns round within so many bins to either side."""
-NET_BINS = 5
-"""How far a piston goes on is told over so many bins to either side: more than a flicker lasts."""
 
 
 def piston_n(seen: RobotSeen) -> Array:
@@ -72,25 +70,6 @@ def left_by_motions(seen: RobotSeen) -> Array:
     pistons = joints.reshape(seen.bins, legs * 3, 6) * seen.arm_m[:, :, None]
     size = np.sqrt(np.mean(pistons**2, axis=1, keepdims=True))
     return np.asarray(np.clip(pistons / size, -1.0, 1.0))
-
-
-def unsure_at_rest(seen: RobotSeen, share: Array, leant_share: float) -> Array:
-    """(n, 12) 0 to 1: how unsure friction at rest is, by that of a piston of whose last motion
-    nothing is known; `share` (n, 12): how surely a piston slides, `leant_share`: by how much less
-    friction is unsure whose sense is known for sure.
-    """
-    return np.asarray((1.0 - share) * (1.0 - leant_share * np.abs(seen.sense)))
-
-
-def goes_on(extension_m: Array) -> Array:
-    """(n, k) m by which pistons (n, k) go on in a bin, as means over NET_BINS to either side: an
-    encoder that flickers between two counts goes nowhere.
-    """
-    index = np.arange(len(extension_m))
-    later = np.minimum(index + NET_BINS, index[-1])
-    before = np.maximum(index - NET_BINS, 0)
-    way = np.abs(extension_m[later] - extension_m[before])
-    return np.asarray(way / (later - before)[:, None])
 
 
 def slides_surely(direction: Array) -> Array:

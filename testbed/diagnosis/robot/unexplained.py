@@ -57,7 +57,7 @@ class UnexplainedForce(Unexplained):
         """Straight lines between knots, and the same against the motion."""
         i = seen.axis(place)
         ways = np.column_stack([np.ones(seen.bins), knots(seen.time_s)])
-        against = ways * seen.sense[:, i, None]
+        against = ways * seen.direction[:, i, None]
         both = np.hstack([ways, against])
         return {f"{k}": Change(force={i: way}) for k, way in enumerate(both.T)}
 

@@ -1,0 +1,44 @@
+"""What sound walking machines are known to miss is what a lighter body makes."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from testbed.diagnosis.robot.walked import SEEMS_KG, SEEMS_KG_M, lighter
+from testbed.effects import by_name
+from testbed.effects.signature import Change, RobotSeen
+from testbed.machine.names import AXES
+from testbed.machine.scale import ROBOCLIMBER, Scale
+
+
+def measured(bins: int = 3) -> RobotSeen:
+    """Bins of which masses and moments ask for any forces."""
+    asked = np.random.default_rng(0).normal(size=(bins, 18, 4))
+    seen = SimpleNamespace(asked_by_moment=asked, arm_m=np.ones((bins, len(AXES))))
+    seen.weighs = lambda forces: RobotSeen.weighs(cast(Any, seen), forces)
+    return cast(RobotSeen, seen)
+
+
+def wrench(change: Change) -> np.ndarray:
+    """(bins, 6) N and N m."""
+    assert change.wrench is not None
+    return change.wrench
+
+
+def test_a_walk_seems_to_carry_a_payload_of_less_than_nothing() -> None:
+    seen = measured()
+    numbers = np.array([SEEMS_KG, *SEEMS_KG_M])
+    made = by_name("robot.payload").signature(seen, "body").values()
+    whole = sum(n * wrench(change) for n, change in zip(numbers, made, strict=True))
+    assert wrench(lighter(seen, ROBOCLIMBER)) == pytest.approx(whole)
+
+
+def test_a_machine_of_twice_the_length_misses_eight_times_the_mass() -> None:
+    seen = measured()
+    seen.asked_by_moment[:, :, 1:] = 0.0
+    twice = wrench(lighter(seen, Scale(8.0, 2.0)))
+    assert twice == pytest.approx(8.0 * wrench(lighter(seen, ROBOCLIMBER)))
