@@ -59,6 +59,10 @@ class Tolerance(Checked):
     """how draws lie in the range"""
     chance: float = Field(default=1.0, gt=0.0, le=1.0)
     """share of machines that have it"""
+    about: float | None = None
+    """what the drawing has, where the middle of the range is another; a machine that declares
+    something else is believed as it is declared
+    """
     mark: Literal["A", "B", "C", "D", "E"]
     """as in roboclimber.yaml"""
     source: str = Field(min_length=1)
@@ -98,6 +102,10 @@ class Tolerance(Checked):
         unit = "rad" if turns else self.unit.partition(" or ")[0]
         grows = self.by != "factor" and unit in OF_SIZE
         return float(scale.length ** exponent(unit)) if grows else 1.0
+
+    def believes(self, name: str, declared: float, scale: Scale) -> bool:
+        """Whether this says what to expect of a number that is `declared` so."""
+        return self.about is None or math.isclose(declared, self.times(name, scale) * self.about)
 
     def moments(self) -> tuple[float, float]:
         """Mean and standard deviation of a draw; where not every machine has it, of all."""

@@ -11,6 +11,8 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.machine.build import build_machine
+from testbed.machine.names import AXES
+from testbed.scenario.machines import WORKSHOP, tolerances
 from testbed.scenario.scenario import load_scenario
 from testbed.world.believed_robot import believed_robot
 from testbed.world.simulation import Simulation
@@ -99,3 +101,22 @@ def test_what_was_found_beside_one_drawing_is_not_believed_of_another(tmp_path: 
     file.write_text(HEAD + "drawing_mass_kg: 8000.0\n")
     with pytest.raises(InputError, match=r"drawing_mass_kg = 8000.0: is of another machine"):
         believed_robot(shipped, file)
+
+
+def test_what_is_declared_otherwise_than_drawn_is_believed_as_declared() -> None:
+    """Where a tolerance's middle is not the drawing's number, that middle is expected of the
+    drawing's number alone.
+    """
+    number = "axes.fl_vertical.seal.side_load_coefficient"
+    drawn = build_machine()
+    told = drawn.replaced({number: 0.15})
+    assert believed_robot(drawn, None).expected.quantity(number).value == pytest.approx(0.2)
+    assert believed_robot(told, None).expected.quantity(number).value == 0.15
+
+
+def test_tolerances_know_the_number_that_they_are_about() -> None:
+    drawn = build_machine()
+    about = {name: one.about for one in tolerances(WORKSHOP) for name in one.names()}
+    known = {name: value for name, value in about.items() if value is not None}
+    assert len(known) == 2 * len(AXES)
+    assert all(drawn.quantity(name).value == value for name, value in known.items())

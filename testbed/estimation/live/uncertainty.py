@@ -59,7 +59,7 @@ class Uncertainty:
 
     def expected(self, machine: Machine) -> dict[str, float]:
         """Numbers of cylinders and seals whose tolerances do not lie evenly about the drawing ->
-        what to expect.
+        what to expect; without those that are declared otherwise than the drawing has them.
         """
         out = {}
         for number, tolerance in self._tolerances.items():
@@ -67,6 +67,8 @@ class Uncertainty:
                 continue
             if number.startswith("axes.") and number.split(".")[2] in ("cylinder", "seal"):
                 drawn = machine.quantity(number).value
+                if not tolerance.believes(number, drawn, machine.scale):
+                    continue
                 times = tolerance.times(number, machine.scale)
                 mean = tolerance.applied(drawn, times * tolerance.moments()[0])
                 if mean != drawn:
