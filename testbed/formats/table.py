@@ -87,10 +87,25 @@ def _open(path: Path, wanted: Collection[str]) -> tuple[list[str], Any]:
     if path.stat().st_size > MOST_CSV_BYTES:
         raise InputError("is too large", file=path, allowed=f"at most {MOST_CSV_BYTES} bytes")
     try:
-        table = pyarrow.csv.read_csv(path)
+        table = pyarrow.csv.read_csv(path, read_options=in_one_block(path.stat().st_size))
     except Exception as error:
         raise InputError(f"is not a readable table: {error}", file=path) from error
     return table.column_names, table
+
+
+def in_one_block(size: int, names: Sequence[str] | None = None) -> Any:
+    """Arrow's way to read a CSV of `size` bytes in one go, by one thread; `names` of its columns,
+    where it has no line of them.
+
+    By default Arrow takes the columns' types from the first megabyte (whole numbers there, and all
+    that follow have to be whole), and read by several threads of a busy machine a table once ended
+    with that megabyte (Arrow 26).
+    """
+    import pyarrow.csv
+
+    most = 2**31 - 1
+    block = min(max(size + 1, 1 << 20), most)
+    return pyarrow.csv.ReadOptions(use_threads=False, block_size=block, column_names=names)
 
 
 def _check_size(files: Sequence[Path], columns: int) -> None:

@@ -21,7 +21,7 @@ import numpy as np
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.formats.checked import checked
-from testbed.formats.table import open_series, write_columns
+from testbed.formats.table import in_one_block, open_series, write_columns
 from testbed.formats.units import UNITS, to_si
 from testbed.formats.yaml_files import read_mapping, write_yaml
 from testbed.recording.axis_header import FORMAT, Channel, ReferenceForce
@@ -97,10 +97,11 @@ def _read_text(path: Path) -> Any:
         raise InputError(f"has two columns {sorted(doubled)[0]!r}", file=path)
     cells = [cell for line in lines[:SNIFFED] for cell in _cells(line, separator)]
     comma = any("," in cell and _NUMBER.fullmatch(cell) for cell in cells)
+    table = "\n".join(lines).encode()
     try:
         return pa.csv.read_csv(
-            io.BytesIO("\n".join(lines).encode()),
-            read_options=pa.csv.ReadOptions(column_names=names),
+            io.BytesIO(table),
+            read_options=in_one_block(len(table), names),
             parse_options=pa.csv.ParseOptions(delimiter=separator),
             convert_options=pa.csv.ConvertOptions(
                 decimal_point="," if comma else ".", null_values=MISSING
