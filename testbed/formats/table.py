@@ -97,9 +97,8 @@ def in_one_block(size: int, names: Sequence[str] | None = None) -> Any:
     """Arrow's way to read a CSV of `size` bytes in one go, by one thread; `names` of its columns,
     where it has no line of them.
 
-    By default Arrow takes the columns' types from the first megabyte (whole numbers there, and all
-    that follow have to be whole), and read by several threads of a busy machine a table once ended
-    with that megabyte (Arrow 26).
+    By default several threads read it megabyte by megabyte, and on a busy machine a table once
+    ended with the first of them (Arrow 26): no error was told.
     """
     import pyarrow.csv
 
