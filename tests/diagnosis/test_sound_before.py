@@ -44,7 +44,7 @@ def test_a_recording_from_before_shows_a_faint_effect() -> None:
     alone, both = (judged("run", balances_in(run, known)).verdict for known in (None, before))
     (name,) = case.truth
     assert alone.kind == "none" and both.kind != "none"
-    assert both.probability(name) > 0.2 > 20.0 * alone.probability(name)
+    assert both.probability(name) > 0.2 > 5.0 * alone.probability(name)
 
 
 def test_a_commissioned_model_and_a_recording_from_before_are_not_counted_twice(
