@@ -73,6 +73,15 @@ def pull_share(tension_n: float, supply_gauge_pa: float, n: Any) -> float:
 
 
 @njit
+def goes_back_at_rest(s: Any, n: Any) -> bool:
+    """Whether a device that holds the rope would go back if it were idle: one whose last whole
+    stroke was the other way counts from the other end.
+    """
+    left = n.stroke - s.place if s.way < 0.0 else s.place
+    return bool(left < READY_SHARE * (n.stroke - RESERVE_M))
+
+
+@njit
 def _owed_rate(s: Any, n: Any, dt: float) -> float:
     """Rate that makes up for what is owed within a step, as far as the device is quick enough."""
     rate = s.owed / dt
@@ -120,12 +129,7 @@ def _gripped(s: Any, n: Any, wanted_m_s: float, share: float, dt: float) -> floa
     else:
         s.idle += dt
     place = s.place - rate * dt
-    left = n.stroke - s.place if s.way < 0.0 else s.place
-    if (
-        place > n.stroke
-        or place < 0.0
-        or (s.idle > IDLE_S and left < READY_SHARE * (n.stroke - RESERVE_M))
-    ):
+    if place > n.stroke or place < 0.0 or (s.idle > IDLE_S and goes_back_at_rest(s, n)):
         if place > n.stroke or place < 0.0:
             s.way = -1.0 if rate < 0.0 else 1.0
         s.mode, s.clock, s.idle = CLOSING, 0.0, 0.0

@@ -17,10 +17,10 @@ from testbed.formats.arrays import Array, Flags
 from testbed.laws.traction import (
     GRIPPED,
     IDLE_S,
-    READY_SHARE,
     RESERVE_M,
     STILL_M_S,
     TractionState,
+    goes_back_at_rest,
     traction_step,
 )
 from testbed.machine.names import SIDES
@@ -70,12 +70,9 @@ class Strokes:
 
     @property
     def goes_back(self) -> Flags:
-        """(2) whether a device would go back at rest: one whose last whole stroke was the other way
-        counts from the other end, and keeps what it has.
-        """
-        place, stroke = self._state["place"], self._device["stroke"]
-        left = np.where(self._state["way"] < 0.0, stroke - place, place)
-        return np.asarray(left < READY_SHARE * (stroke - RESERVE_M))
+        """(2) whether a device would go back at rest."""
+        device = self._device[0]
+        return np.array([goes_back_at_rest(state, device) for state in self._state])
 
     def renew(self, way_m: float) -> None:
         """Let the body rest until both devices have gone back for whole strokes, if one does not
