@@ -9,8 +9,7 @@ from __future__ import annotations
 import os
 import statistics
 import time
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,6 @@ import numpy as np
 from testbed.benchmarks.speed.bench import DRILL
 from testbed.errors import InputError
 from testbed.report.page import Table
-from testbed.simulation.workers import single_threaded
 
 ROUNDS, STEPS = 7, 100
 SETTLING_STEPS = 50
@@ -38,7 +36,6 @@ def worker_speeds(
     for count in counts:
         if count < 1:
             raise InputError("too few", field="--workers", value=count, allowed="1 or more")
-    single_threaded()
     kinds = sorted({1, *counts})
     teams = {count: _Team(count, name) for count in kinds}
     try:
@@ -73,10 +70,9 @@ class _Team:
     """So many environments, each in a process of its own, that hold still."""
 
     def __init__(self, count: int, name: str) -> None:
-        from gymnasium.vector import AsyncVectorEnv
+        from testbed import envs
 
-        make: Callable[[], Any] = partial(_environment, name)
-        self._envs = AsyncVectorEnv([make] * count, context="spawn")
+        self._envs = envs.make_in_processes(name, count, duration_s=LONG_S)
         self._still = np.zeros(self._envs.action_space.shape or (count,), dtype=np.float32)
         self._count = count
         self._envs.reset(seed=0)
@@ -92,11 +88,3 @@ class _Team:
     def close(self) -> None:
         """End the processes."""
         self._envs.close()
-
-
-def _environment(name: str) -> Any:
-    """In a worker."""
-    single_threaded()
-    from testbed import envs
-
-    return envs.make(name, duration_s=LONG_S)
