@@ -38,6 +38,10 @@ def bench(
         list[str] | None,
         typer.Option(help="Time `testbed run` of this scenario, report and all (repeat for more)."),
     ] = None,
+    workers: Annotated[
+        list[int] | None,
+        typer.Option(help="Time environments in so many processes beside one (repeat for more)."),
+    ] = None,
 ) -> None:
     """Measure the speed against the bare engine.
 
@@ -45,11 +49,18 @@ def bench(
     """
     from testbed.benchmarks.speed import bench as whole
     from testbed.benchmarks.speed import whole_runs
+    from testbed.benchmarks.speed.workers import worker_speeds, workers_table
+    from testbed.errors import InputError
     from testbed.report.console import answer, waiting
 
+    if sum(bool(asked) for asked in (scenario, command, workers)) > 1:
+        raise InputError("one of --scenario, --command and --workers at a time")
     found: Any
     with waiting("measuring"):
-        if command:
+        if workers:
+            found = worker_speeds(workers)
+            shown = workers_table(found)
+        elif command:
             found = whole_runs.command_speeds(command)
             shown = whole_runs.command_table(found)
         elif scenario:

@@ -9,6 +9,7 @@ from walking_machine import ANCHORS, TENSION, TICK, at_the_start, crawl, step
 from testbed.control.gaits.crawl.gait import EASE_S
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.crawl.strokes import END_M, STEPS, WORN_SHARE, Strokes
+from testbed.control.gaits.crawl.walk_plan import PAYING_CREEP
 from testbed.laws.traction import GRIPPED, IDLE_S, RESERVE_M, TractionState, traction_step
 from testbed.machine.build import build_machine
 from testbed.robot.traction import traction_parameters
@@ -122,3 +123,33 @@ def test_the_brisk_gaits_body_never_starts_or_stops_at_once() -> None:
     changes = np.linalg.norm(np.diff(speeds, axis=0), axis=1) / TICK
     assert made.steps_done >= 6 and fastest > 0.06
     assert changes.max() < fastest / (0.5 * EASE_S)
+
+
+def test_shifts_that_pay_out_more_than_a_device_can_make_more_of_the_way() -> None:
+    """A shift of 0.25 m aside pays 41 mm of the other rope out, its device has 30; the next but one
+    that pays nothing sets the body free again.
+    """
+    plan, here = crawl("task.gait=brisk")._plan, np.zeros(3)
+    aside, onward = np.array([0.0, -0.25, 0.0]), np.array([0.1, 0.0, 0.0])
+    usual = plan.creep
+    assert usual > 0.0
+    creeps = []
+    for goal in (0.5 * aside, aside, onward, onward):
+        plan._spare_the_ropes(here, goal)
+        creeps.append(plan.creep)
+    assert creeps == pytest.approx([usual, PAYING_CREEP * usual, PAYING_CREEP * usual, usual])
+
+
+def test_what_counts_is_what_the_usual_way_would_pay_out() -> None:
+    """Else a body would go to and fro between the two: sparing pays out less."""
+    plan, here = crawl("task.gait=brisk")._plan, np.zeros(3)
+    plan._spare_the_ropes(here, np.array([0.0, -0.25, 0.0]))
+    spared_m = (1.0 - PAYING_CREEP) * plan._usual_creep * 0.5 * plan.stride.length_m
+    for _ in range(2):
+        plan._spare_the_ropes(here, np.array([spared_m, -0.25, 0.0]))
+    assert plan.creep < plan._usual_creep
+
+
+def test_winches_pay_out_as_far_as_one_likes() -> None:
+    np.testing.assert_array_equal(strokes(winches=True).reserve_m, [np.inf, np.inf])
+    np.testing.assert_array_equal(strokes().reserve_m, [RESERVE_M, RESERVE_M])

@@ -9,7 +9,8 @@ import numpy.typing as npt
 import pytest
 
 from testbed.diagnosis.robot.bins import Frame, bins_of
-from testbed.diagnosis.robot.oil import SEEPS_M3_S, Oil, expected, oil_of, tolerated
+from testbed.diagnosis.robot.oil import Oil, oil_of
+from testbed.diagnosis.robot.oil_evidence import SEEPS_M3_S, expected, tolerated
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER

@@ -13,13 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot import feet, forces, oil
+from testbed.diagnosis.robot import feet, forces, oil_evidence
 from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.evidence import RawGroup, Whitened
 from testbed.diagnosis.robot.hauling import hauling_of
 from testbed.diagnosis.robot.held_ropes import held_ropes
 from testbed.diagnosis.robot.lines import lines_of
+from testbed.diagnosis.robot.oil import oil_of
 from testbed.diagnosis.robot.supply import supply_of
 from testbed.diagnosis.robot.unexplained import ALL_UNEXPLAINED
 from testbed.effects import ALL
@@ -119,7 +120,7 @@ def raw_groups(
     """
     machine = robot.machine
     frame, bins = Frame.of(np.asarray(data["t"], dtype=float)), bins_of(data, robot)
-    oils = oil.oil_of(data, bins, frame, robot)
+    oils = oil_of(data, bins, frame, robot)
     supply = supply_of(oils, bins, frame, machine, hauling_of(bins, robot, ropes_in_world))
     lines = lines_of(data, machine)
     other = OtherSigns(
@@ -138,7 +139,7 @@ def raw_groups(
     if other.ropes.shown:
         raw[ROPES] = other.ropes.group()
     for i in range(len(AXES)):
-        raw[f"oil {AXES[i]}"] = oil.group_of(oils[i], i, machine, bins.time_s)
+        raw[f"oil {AXES[i]}"] = oil_evidence.group_of(oils[i], i, machine, bins.time_s)
         raw[f"{LINE} {AXES[i]}"] = lines[i].group(i, machine.scale)
     return bins, body, raw
 

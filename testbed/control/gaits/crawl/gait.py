@@ -88,6 +88,8 @@ class CrawlGait:
         self._scale = machine.scale
         self._ground = GroundSearch(total, self._lightness, task.ground_steps_m, self._scale)
         self._plan = WalkPlan(task, footholds, pace, ropes, self._ground, offset)
+        if self._plan.manner.strokes:
+            self._plan.room_m = strokes.reserve_m
         self._levelling: Levelling | None = None
         self._queue: list[Phase] = []
         self._phase: Phase | None = None

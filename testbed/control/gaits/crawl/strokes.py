@@ -69,6 +69,11 @@ class Strokes:
         return np.where(stroke > 0.0, left, np.inf)
 
     @property
+    def reserve_m(self) -> Array:
+        """(2) rope that each device can pay out at the beginning of a stroke."""
+        return np.where(self._device["stroke"] > 0.0, RESERVE_M, np.inf).repeat(len(SIDES))
+
+    @property
     def goes_back(self) -> Flags:
         """(2) whether a device would go back at rest."""
         device = self._device[0]

@@ -14,6 +14,8 @@ UNLOAD_M_S = 0.005
 """How fast a foot is taken off the ground: one that is torn off makes the one across from it jump
 (E).
 """
+GENTLE = 0.6
+"""On a slope on which feet carry this share of the weight the body flows in full (E)."""
 CREEP_EASE = 1.2
 """The body usually takes so many times its least time for that: the rest of valves, pump and ropes
 is the swings' (E).
@@ -28,6 +30,8 @@ class GaitStyle:
     """Share of its way that the body makes while legs swing."""
     flows: bool = False
     """Whether it does so only as far as the slope is gentle."""
+    gentle: float = GENTLE
+    """A slope is gentle altogether where feet carry this share of the weight."""
     seat_s: float = SEAT_S
     """How long a foot is seated before anything else begins."""
     lead_s: float = 0.0
@@ -74,6 +78,7 @@ STYLES = {
     "brisk": GaitStyle(
         creep=0.75,
         flows=True,
+        gentle=0.5,
         seat_s=0.15,
         lead_s=0.8,
         margin=0.6,

@@ -32,9 +32,9 @@ SHORTEST_SHIFT_S = 0.3
 """No shift of the body is quicker (E)."""
 SHORTEST_SWING_S = 0.5
 """No swing is quicker (E)."""
-STEEP, GENTLE = 0.3, 0.6
-"""Feet that carry less than the first share of the weight leave a flowing body too little margin,
-and it rests while legs swing; from the second on it flows in full (E).
+STEEP = 0.3
+"""Feet that carry less than this share of the weight leave a flowing body too little margin, and it
+rests while legs swing (E).
 """
 WAY_SAMPLES = 20
 """A way is sampled at so many points to find what it asks of valves, pump and ropes."""
@@ -42,6 +42,12 @@ OVER_THE_LOAD = (1.0, 0.75, 0.5, 0.25, 0.0)
 """Shares of the way from the feet's middle to over the load; the first that is within reach and
 holds is taken.
 """
+PAYING_CREEP = 2.0 / 3.0
+"""Share of its usual way that the body makes while legs swing, where shifts pay out more rope than
+a device can without going over (E).
+"""
+FREELY = np.full(2, np.inf)
+"""Of ropes that can be paid out as far as one likes."""
 WAITS = np.linspace(0.0, 1.0, 5)
 """Where the next swings are out of reach, the body falls behind its plan by the first of these
 shares of its next way that brings them within reach: on rock a foot does not always stand where it
@@ -58,6 +64,24 @@ class Stride:
     """Way of a foot: of the body in a cycle of four swings."""
     swing_height_m: float
     """How high a foot is lifted."""
+
+
+@dataclass(frozen=True)
+class _BodyPlan:
+    """What a group of swings asks of feet and body."""
+
+    places: list[tuple[int, Array]]
+    """Legs and their next footholds (3)."""
+    goal: Array
+    """(3) where the body shifts to before the first swing."""
+    creep: Array
+    """(3) the body's way while legs swing."""
+    margin_n: float
+    """Planned wrench margin."""
+    reached_m: float
+    """How far along its way that brings the body."""
+    shift_m: float
+    """How far the next shift goes along the way."""
 
 
 class WalkPlan:
@@ -84,9 +108,16 @@ class WalkPlan:
         self._style = STYLES[task.gait]
         self.haste = 1.0
         """What somebody wants of it beyond the gait's own; see Pace."""
-        self._behind_m = self._reached_m = 0.0
-        """How far the body is behind its plan, and how far along its way the last group brings it.
+        self._behind_m = self._reached_m = self._shift_m = 0.0
+        """How far the body is behind its plan, how far along its way the last group brings it, and
+        how far the shift after that goes.
         """
+        self._creep_share = 1.0
+        """Share of its usual way while legs swing that spares the ropes' devices."""
+        self._paid = False
+        """Whether the last shift would have paid out more rope than a device can."""
+        self.room_m: Array = FREELY
+        """(2) rope that each traction device can pay out before it has to go over, m."""
         self.stride = Stride(task.step_length_m, task.swing_height_m)
         """What the next group of swings is to be."""
         self._way_before, self._steps_before = 0.0, 0
@@ -110,7 +141,7 @@ class WalkPlan:
                 if phase.way is not None:
                     body = phase.way.end
         self.margins_n.clear()
-        self._reached_m = 0.0
+        self._reached_m, self._creep_share, self._paid = 0.0, 1.0, False
 
     def choose(self, stride: Stride, steps_done: int) -> None:
         """Let the groups after `steps_done` swings be `stride`."""
@@ -160,8 +191,26 @@ class WalkPlan:
         """The next shift and the swings of the legs in `group`; InputError where they are out of
         reach.
         """
-        size = len(group)
-        stride_m = self.stride.length_m
+        plan = self._body_plan(group, feet, body, middle)
+        self.margins_n.append(plan.margin_n)
+        self._reached_m, self._shift_m = plan.reached_m, plan.shift_m
+        self._spare_the_ropes(body, plan.goal)
+        phases = [self._shift(feet, body, plan.goal)]
+        feet, each = feet.copy(), plan.creep / len(group)
+        for index, (leg, place) in enumerate(plan.places):
+            phases += self._swing_phases(leg, place, plan.goal + index * each, each, feet)
+            feet[leg] = place
+        if plan.creep.any():
+            sets_off = 2 if self.manner.lead_s > 0.0 else 1
+            over = plan.goal + plan.creep
+            phases[sets_off].way = self._way(feet, plan.goal, over, self.manner.creep_ease)
+        return phases
+
+    def _body_plan(self, group: list[int], feet: Array, body: Array, middle: Array) -> _BodyPlan:
+        """Where the legs in `group` step and where the body goes; InputError where that is out of
+        reach.
+        """
+        size, stride_m = len(group), self.stride.length_m
         part_m = stride_m * self._group_size / len(LEGS)
         creep_m = self.creep * part_m
         # Feet are put down half a stride ahead of their homes, counted from where the body stands
@@ -175,24 +224,29 @@ class WalkPlan:
             (leg, self._foothold(leg, feet, ahead_m * self.ahead))
             for leg, ahead_m in zip(group, aheads_m, strict=True)
         ]
-        start_m = max(along_m - 0.5 * creep_m, min(self._reached_m, along_m + 0.5 * creep_m))
-        creep = (along_m + 0.5 * creep_m - start_m) * self.ahead
+        reached_m = along_m + 0.5 * creep_m
+        start_m = max(along_m - 0.5 * creep_m, min(self._reached_m, reached_m))
+        further_m = along_m + part_m - 0.5 * creep_m - start_m
+        creep = (reached_m - start_m) * self.ahead
         start = middle + (start_m - along_m) * self.ahead
-        further = (along_m + part_m - 0.5 * creep_m - start_m) * self.ahead
         tensions, directions = self._ropes.wanted_n(body), self._ropes.directions(body)
+        further = further_m * self.ahead
         swings = Swings(self._side(group), feet, places, further, creep, tensions, directions)
-        goal, margin = self._goal(start, swings)
-        self.margins_n.append(margin)
-        self._reached_m = along_m + 0.5 * creep_m
-        phases = [self._shift(feet, body, goal)]
-        feet, each = feet.copy(), creep / size
-        for index, (leg, place) in enumerate(places):
-            phases += self._swing_phases(leg, place, goal + index * each, each, feet)
-            feet[leg] = place
-        if creep.any():
-            sets_off = 2 if self.manner.lead_s > 0.0 else 1
-            phases[sets_off].way = self._way(feet, goal, goal + creep, self.manner.creep_ease)
-        return phases
+        goal, margin_n = self._goal(start, swings)
+        shift_m = along_m + part_m - 0.5 * creep_m - reached_m
+        return _BodyPlan(places, goal, creep, margin_n, reached_m, shift_m)
+
+    def _spare_the_ropes(self, body: Array, goal: Array) -> None:
+        """Let more of the body's way be made in shifts if the one to `goal` (3), or the one before
+        it, would pay a rope out further than its device can: a shift that goes further up the slope
+        pays out less.
+        """
+        part_m = self.stride.length_m * self._group_size / len(LEGS)
+        less_m = (self._usual_creep - self.creep) * part_m
+        paid_m = self._ropes.lengths_m(goal - less_m * self.ahead) - self._ropes.lengths_m(body)
+        pays = bool((paid_m > self.room_m).any())
+        self._creep_share = PAYING_CREEP if pays or self._paid else 1.0
+        self._paid = pays
 
     @property
     def manner(self) -> GaitStyle:
@@ -202,12 +256,16 @@ class WalkPlan:
     @property
     def creep(self) -> float:
         """Share of its way that the body makes while legs swing."""
+        return self._creep_share * self._usual_creep
+
+    @property
+    def _usual_creep(self) -> float:
+        """The same, for ropes that haul all the time."""
         return self._style.creep * (self._gentle if self._style.flows else 1.0)
 
     def shifts_m(self, left: Array) -> float:
         """How far the body goes along its way until the next shift is over, `left` (3) included."""
-        part_m = self.stride.length_m * self._group_size / len(LEGS)
-        return float(self.ahead @ left) + (1.0 - self.creep) * part_m
+        return float(self.ahead @ left) + self._shift_m
 
     @property
     def enough(self) -> float:
@@ -223,7 +281,7 @@ class WalkPlan:
     @property
     def _gentle(self) -> float:
         """0 on a steep slope to 1 on a gentle one."""
-        share = (self._footholds.lightness - STEEP) / (GENTLE - STEEP)
+        share = (self._footholds.lightness - STEEP) / (self._style.gentle - STEEP)
         return min(max(share, 0.0), 1.0)
 
     def _goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:

@@ -1,0 +1,142 @@
+"""What the flow balance of a cylinder is worth: what a sound one may miss, and how noisy it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.flicker import of_shared_edges
+from testbed.diagnosis.robot.oil import Oil
+from testbed.diagnosis.robot.places import played, rounded, swept
+from testbed.diagnosis.robot.tolerances import LATE_S, middle, standard_deviation
+from testbed.effects.hydraulics_hose import HOSE_TIMES_S
+from testbed.formats.arrays import Array
+from testbed.machine.model import Axis, Machine
+from testbed.machine.names import AXES
+from testbed.machine.scale import Scale
+
+WHITE_M3_S = 2.0e-6
+"""Noise of a bin beside the encoder's rounding (E)."""
+VALVE_SHARE, MEMORY_S = 0.03, 0.5
+"""A valve's flow is known to this share, and its deviation lasts so long (E)."""
+EDGE_SHARE = 0.1
+"""What goes through one edge is known to this share (E)."""
+VOID_M3_S = 8.0e-5
+"""Where a chamber may hold a void, flows are known to this (E)."""
+ZERO_PA = 4.0e4
+"""Zeros of a sensor and its line, at any warmth (E)."""
+COMPRESSED_SHARE = 0.15
+"""Oil in which air goes in and out of solution is known to this share beside its tolerances (E)."""
+CUT_OFF = 0.003
+"""An overlap that is wider than declared within its tolerance cuts small openings off as a wide one
+does (B).
+"""
+LEAST_OVERLAP_OFF = 0.006
+"""No overlap is known better than to this share of the spool's travel (E)."""
+SEEPS_M3_S = 7.0e-7
+"""What seeps through a valve whose spool lies at the edge of its overlap (E)."""
+SPOOL_OFF = 0.002
+"""The spool's place is known to this share of its travel: play, amplifier (E)."""
+HOSE_M3_PA = 3.0e-13
+"""What hoses of any machine may take up, by each time in which they fill (E)."""
+SOUND_LEAK_M3_S_PA = 1.0e-13
+"""What passes the piston of a sound seal: 3e-14 to 2e-13 (D)."""
+
+
+def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float]]:
+    """(change (n, 2), standard deviation) of everything that a sound cylinder's oil and valve may
+    differ by.
+    """
+    valve, declared = axis.valve, axis.oil
+    for k in range(2):
+        alone = np.eye(2)[k]
+        yield oil.from_supply * alone, EDGE_SHARE
+        yield oil.to_tank * alone, EDGE_SHARE
+        yield np.tile(alone, (len(oil.missing), 1)), scale.times("m3/s") * SEEPS_M3_S
+        for edge, name in enumerate((("pa", "at"), ("pb", "bt"))[k]):
+            leaks = getattr(valve, f"edge_{name}_leakage_m3_s_pa")
+            yield oil.by_edge_leak[:, :, edge] * alone, leaks
+        reading = oil.by_reading * alone
+        yield reading, scale.times("Pa") * ZERO_PA
+        yield reading * oil.pressure_pa, standard_deviation(f"sensor.gain_{'ab'[k]}@*.gain_error")
+    yield oil.by_spool, SPOOL_OFF
+    yield (
+        oil.by_deadband,
+        max(standard_deviation("axes.*.valve.deadband", valve.deadband), LEAST_OVERLAP_OFF),
+    )
+    yield oil.by_wide_deadband, CUT_OFF
+    yield oil.by_hysteresis, 1.0
+    for alone in np.eye(2):
+        yield oil.by_lateness * alone, LATE_S
+    least = {"internal_leakage_m3_s_pa": scale.times("m3/(s Pa)") * SOUND_LEAK_M3_S_PA}
+    for number, column in _by_oil(oil, axis).items():
+        sd = _of_tolerance(standard_deviation, number, getattr(declared, number))
+        yield column, max(sd, least.get(number, 0.0))
+    for k in range(len(HOSE_TIMES_S)):
+        yield (
+            oil.by_hose[:, k],
+            max(declared.hose_capacity_m3_pa, scale.times("m3/Pa") * HOSE_M3_PA),
+        )
+
+
+def _by_oil(oil: Oil, axis: Axis) -> dict[str, Array]:
+    """What the balance misses by one unit more of each of the oil's numbers."""
+    softer = -oil.by_softness / axis.oil.bulk_modulus_pa**2
+    return {
+        "internal_leakage_m3_s_pa": oil.by_leak,
+        "bulk_modulus_pa": softer,
+        "entrained_air": oil.by_air,
+    }
+
+
+def _of_tolerance(asked: Callable[[str, float], float], number: str, value: float) -> float:
+    """What is asked of the tolerance of a number of the oil, each cylinder's or all cylinders'."""
+    each, alike = f"axes.*.oil.{number}", f"oil.{number}"
+    return asked(each if standard_deviation(each, value) > 0.0 else alike, value)
+
+
+def expected(oil: Oil, axis: Axis) -> Array:
+    """(n, 2) what is missing in the mean of sound machines: they do not lie about the drawing."""
+    out = np.zeros_like(oil.missing)
+    for number, column in _by_oil(oil, axis).items():
+        value = getattr(axis.oil, number)
+        out += (_of_tolerance(middle, number, value) - value) * column
+    return out
+
+
+def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
+    """The group of cylinder i: chamber A's bins, then B's."""
+    nothing, axis = np.zeros_like(oil.missing), machine.axes[AXES[i]]
+    columns = [sd * c.T.ravel() for c, sd in tolerated(oil, axis, machine.scale) if sd > 0.0]
+    playing = swept(oil.swept_m2, played(oil.play_m, time_s))
+    return RawGroup(
+        missing=(oil.missing - expected(oil, axis)).T.ravel(),
+        time_s=np.tile(time_s, 2),
+        noise=noise_of(oil, time_s, machine.scale.times("m3/s")) + playing,
+        lasting=playing,
+        tolerated=np.column_stack(columns),
+        rows_of=lambda change: change.oil.get(i, nothing).T.ravel(),
+    )
+
+
+def noise_of(oil: Oil, time_s: Array, flows: float) -> Array:
+    """Covariance (2 n, 2 n) of the group's rows beside what tolerances make; `flows`: what flows of
+    this machine are beside ROBOCLIMBER's.
+    """
+    n = len(time_s)
+    apart = np.abs(time_s[:, None] - time_s[None, :])
+    lasts = np.exp(-apart / MEMORY_S)
+    out = np.eye(2 * n) * (flows * WHITE_M3_S) ** 2
+    size = VALVE_SHARE * np.abs(oil.from_supply + oil.to_tank)
+    size = np.hypot(size, flows * VOID_M3_S * oil.void)
+    size = np.sqrt(size**2 + oil.by_pressure**2 + (COMPRESSED_SHARE * oil.compressed) ** 2)
+    off = SPOOL_OFF * oil.by_spool
+    for k in range(2):
+        own = slice(k * n, (k + 1) * n)
+        out[own, own] += lasts * np.outer(size[:, k], size[:, k])
+        out[own, own] += of_shared_edges(oil.flickers[:, k])
+    both = off.T.ravel()
+    out += np.tile(lasts, (2, 2)) * np.outer(both, both)
+    return np.asarray(out + swept(oil.swept_m2, rounded(oil.rounding_m, time_s)))
