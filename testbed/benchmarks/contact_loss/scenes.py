@@ -242,7 +242,7 @@ def _undeclared(rng: np.random.Generator) -> list[Tree]:
         out.append({"effect": effect.name, "at": place, "parameters": values})
     drifting = hidden["drifting"]
     if rng.random() >= drifting["share"]:
-        return out
+        return _each_once(out)
     rates = DRIFT.parameters[0].prior
     vertical = [axis for axis in AXES if axis.endswith("vertical")]
     axes = [str(rng.choice(vertical))]
@@ -255,7 +255,13 @@ def _undeclared(rng: np.random.Generator) -> list[Tree]:
             (ZERO.kind, {"zero": rate * since_s}),
         ):
             out.append({"effect": effect_name, "at": axis, "parameters": parameters})
-    return out
+    return _each_once(out)
+
+
+def _each_once(hidden: list[Tree]) -> list[Tree]:
+    """Without what a later entry of the same effect at the same place replaces."""
+    last = {(entry["effect"], entry["at"]): place for place, entry in enumerate(hidden)}
+    return [hidden[place] for place in sorted(last.values())]
 
 
 def drifting_sensors(scenario: Scenario) -> int:

@@ -4,12 +4,13 @@ recorded.
     testbed lab train-detector OUT --out learned.npz
 
 Each scene is seen with the drawing board's belief and, where its machine was commissioned there
-(`--commission`), once more with what that found. Every fortieth view of every foot is a case; its
+(`--commission`), once more with what that found. Every twentieth view of every foot is a case; its
 answer is whether the foot is in contact (estimation/contact_losses.py). What is easy or long counts
 less: cases of well-loaded feet SAFE_WEIGHT, and a loss, however short, at least as much as
-LOSS_WEIGHT_S of its own cases; by what the foot bore before it counts LOST_WEIGHT. Noise on the
-views keeps the network from learning scenes by heart. Plain gradient descent with momentum and
-scale (Adam) on the logistic loss, in NumPy; the same scenes, the same weights. So are MEMBERS
+LOSS_WEIGHT_S of its own cases; by what the foot bore before it counts LOST_WEIGHT. Contact beside a
+loss counts less (BESIDE_LOSS): a word that says lost there is no false alarm, or a short one. Noise
+on the views keeps the network from learning scenes by heart. Plain gradient descent with momentum
+and scale (Adam) on the logistic loss, in NumPy; the same scenes, the same weights. So are MEMBERS
 networks trained from different beginnings; what they answer together, their mean, is better than
 any of them. Members of an earlier training may stay beside new ones (`--beside`).
 """
@@ -40,13 +41,13 @@ from testbed.estimation.detectors.learned import (
     ViewNumbers,
     views_over,
 )
-from testbed.formats.arrays import Array
+from testbed.formats.arrays import Array, Flags
 from testbed.formats.networks import read_network, write_network
 from testbed.formats.records import SET
 from testbed.machine.names import LEGS
 
 Layers = list[tuple[Array, Array]]
-EVERY = 40
+EVERY = 20
 BATCH, STEP, DECAY = 1024, 3.0e-3, 1.0e-5
 LITTLE = 1.0e-6
 SAFE_SHARE, SAFE_WEIGHT = 0.25, 0.15
@@ -58,7 +59,11 @@ and its words are most of the false alarms. With all at 1, networks of two third
 scenes found on the third left out 53 and 74 % of the losses of light and loaded feet at 2 to 15
 false alarms an hour, with these 56 and 77 %, and near ones alike.
 """
-NOISE = 0.4
+BESIDE_LOSS = {"before": (0.1, 0.2), "between": (0.3, 0.3), "touchdown": (0.02, 0.3)}
+"""Cases of a foot in contact so long before a loss, between two losses no further apart, or so long
+after its touchdown, s, and by how much they count less.
+"""
+NOISE = 0.6
 """Standard deviation of the noise on the views, in their own standard deviations."""
 
 
@@ -109,10 +114,26 @@ def weights_of(tape: Tape) -> Array:
     safe = tape.normal_n > SAFE_SHARE * tape.rule.nominal_load_n
     weight = np.where(safe, SAFE_WEIGHT, 1.0)
     for foot, carries in enumerate(tape.carries.T):
-        for start, end in intervals(~carries, tape.time_s):
+        losses = intervals(~carries, tape.time_s)
+        for start, end in losses:
             longer = 1.0 + LOSS_WEIGHT_S / ((end - start) * tape.dt_s)
             weight[start:end, foot] = lost[start, foot] * longer
+        weight[:, foot] *= _beside_losses(losses, carries, tape.dt_s)
     return weight
+
+
+def _beside_losses(losses: list[tuple[int, int]], carries: Flags, dt_s: float) -> Array:
+    """By how much each sample (n,) of a foot in contact counts less (BESIDE_LOSS); 1 elsewhere."""
+    less, touched = np.ones(len(carries)), None
+    samples = {word: round(time_s / dt_s) for word, (time_s, _) in BESIDE_LOSS.items()}
+    share = {word: factor for word, (_, factor) in BESIDE_LOSS.items()}
+    for start, end in losses:
+        less[max(start - samples["before"], 0) : start] *= share["before"]
+        if touched is not None and start - touched < samples["between"]:
+            less[touched:start] *= share["between"]
+        less[end : end + samples["touchdown"]] *= share["touchdown"]
+        touched = end
+    return np.where(carries, less, 1.0)
 
 
 def train(

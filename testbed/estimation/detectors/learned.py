@@ -328,8 +328,8 @@ class Learned:
     name, text = "learned", "small networks on memories of all feet, three levels"
     smooth_s: ClassVar[float] = 0.005
     """Time constant of the score."""
-    threshold = 1.7
-    hold = Hold(margin=1.95, dwell_s=0.2, sure_margin=4.8, sure_s=0.008)
+    threshold = 1.85
+    hold = Hold(margin=2.1, dwell_s=0.2, sure_margin=4.95, sure_s=0.008)
 
     scale: ClassVar[dict[str, float]] = {
         "loss_force": 294.3,
@@ -382,5 +382,5 @@ class Patient(Learned):
 
     name, text = "patient", "the same networks, surer before they speak"
     smooth_s = 0.014
-    threshold = 2.6
-    hold = Hold(margin=5.39, dwell_s=0.2, sure_margin=7.07, sure_s=0.02)
+    threshold = 2.5
+    hold = Hold(margin=4.7, dwell_s=0.2, sure_margin=6.4, sure_s=0.02)

@@ -43,6 +43,7 @@ from testbed.machine.build import build_machine
 from testbed.machine.names import AXES, VERTICAL
 from testbed.scenario.scenario import load_scenario
 from testbed.world.simulation import Simulation
+from testbed.world.undeclared import hidden_beside
 
 DT, RULE = 1e-3, LossRule(10_000.0)
 
@@ -252,6 +253,14 @@ def test_up_to_three_effects_hide_anywhere_and_a_third_of_the_scenes_drift() -> 
     assert {e["at"] for scene in drawn for e in scene} == set(AXES)
     assert {len(z) for z in zeros} == {0, 2, 3}
     assert np.mean([bool(z) for z in zeros]) == pytest.approx(0.35, abs=0.06)
+
+
+def test_no_scene_hides_the_same_effect_twice_at_a_place() -> None:
+    for number in (132, 442):  # both draw one twice
+        hidden = draw(Scene("drill", "tuning", number)).scenario.undeclared
+        places = [(entry.effect, entry.at) for entry in hidden]
+        assert len(set(places)) == len(places)
+        hidden_beside((), hidden)
 
 
 def test_every_rival_has_a_threshold() -> None:

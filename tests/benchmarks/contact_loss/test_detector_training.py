@@ -11,6 +11,7 @@ import pytest
 
 from testbed.benchmarks.contact_loss.recordings import Tape
 from testbed.benchmarks.contact_loss.training import (
+    BESIDE_LOSS,
     LOSS_WEIGHT_S,
     SAFE_WEIGHT,
     side_by_side,
@@ -35,6 +36,20 @@ def test_a_loss_counts_by_what_the_foot_bore_and_a_short_one_not_less(
     assert weight[3000:3100, 0] == pytest.approx(counts * (1.0 + LOSS_WEIGHT_S / 0.1))
     assert weight[2000, 0] == (SAFE_WEIGHT if bore_n > 2500.0 else 1.0)
     assert weight[:, 1] == pytest.approx(SAFE_WEIGHT)
+
+
+def test_contact_beside_a_loss_counts_less_and_between_two_close_ones_as_well() -> None:
+    normal = np.full((4000, 4), 1200.0)
+    normal[1000:1100, 0] = normal[1300:1400, 0] = normal[3000:3100, 0] = 0.0
+    samples = Sample.zeros(len(normal))
+    samples["row"]["t"], samples["row"]["carrying"] = np.arange(len(normal)) * DT, 1.0
+    weight = weights_of(Tape(samples, normal, normal, normal, LossRule(10_000.0), DT))[:, 0]
+    (_, before), (_, between), (_, touchdown) = BESIDE_LOSS.values()
+    assert weight[950] == pytest.approx(before) and weight[850] == 1.0
+    assert weight[1150] == pytest.approx(between) and weight[1250] == pytest.approx(
+        between * before
+    )
+    assert weight[1410] == pytest.approx(touchdown) and weight[1500] == weight[2500] == 1.0
 
 
 def test_networks_side_by_side_answer_the_mean_of_all_also_beside_earlier_ones() -> None:
