@@ -29,24 +29,31 @@ class RobotSeen:
     time_s: Array
     """(n,) middle of each bin, from the start of the recording."""
     extension_m: Array
-    """(n, 12) of the pistons; `joint` (n, 12) are the encoders' readings."""
+    """(n, 12) of the pistons."""
     joint: Array
+    """(n, 12) the encoders' readings, m, of rotation joints rad."""
     speed_m_s: Array
     """(n, 12) of the pistons."""
     acceleration_m_s2: Array
+    """(n, 12) of the pistons."""
     direction: Array
     """(n, 12) sense of sliding, from -1 to 1; 0 where the piston stands still."""
     arm_m: Array
     """(n, 12) way of the piston by that of its joint."""
     pressure_a_pa: Array
+    """(n, 12) mean of each bin, gauge."""
     pressure_b_pa: Array
+    """(n, 12) likewise of chambers B."""
     pressure_a_rate: Array
-    """(n, 12) Pa/s; `pressure_b_rate` likewise."""
+    """(n, 12) mean change over each bin, Pa/s."""
     pressure_b_rate: Array
+    """(n, 12) likewise of chambers B."""
     area_a_m2: Array
-    """(12,); `area_b_m2`, `stroke_m` likewise."""
+    """(12,) of the pistons."""
     area_b_m2: Array
+    """(12,) of the pistons' rod sides."""
     stroke_m: Array
+    """(12,) from end to end."""
     coulomb_n: Array
     """(n, 12) believed dry friction of the sense in which the piston slides."""
     viscous_n: Array
@@ -66,16 +73,15 @@ class RobotSeen:
     attitude_rad: Array
     """(n, 3) roll, pitch, yaw."""
     tension_n: Array
-    """(n, 2) of the ropes, left and right; `rope_way` (n, 2, 3) unit vectors towards the anchors,
-    body frame.
-    """
+    """(n, 2) of the ropes, left and right."""
     rope_way: Array
+    """(n, 2, 3) unit vectors from the body towards the anchors, body frame."""
     rope_point_m: Array
     """(2, 3) where they pull, body frame."""
     slope_frame: Array
     """(n, 3, 3) rows: x up the slope, y left, z off it, in the body frame."""
     drill_point_m: Array
-    """(3,)."""
+    """(3,) where the drill pushes on the body, body frame."""
     thrust_n: Array
     """(n,) ordered thrust."""
     body_mass_kg: float
@@ -84,11 +90,6 @@ class RobotSeen:
     """(n, 4, 3) undersides of the feet, body frame."""
     foot_by_joint: Array
     """(n, 4, 3, 3) their change by the leg's three joints."""
-
-    @property
-    def bins(self) -> int:
-        """How many there are."""
-        return len(self.time_s)
 
     asked_by_link: Array
     """(n, 18, 12) generalised forces (body 6, joints 12) that one more kilogram of what each
@@ -112,8 +113,9 @@ class RobotSeen:
     piston.
     """
     oil_by_deadband: Array
-    """(n, 12, 2) by a whole travel more of overlap; `oil_by_air` by a share 1 of free air."""
+    """(n, 12, 2) by a whole travel more of overlap."""
     oil_by_air: Array
+    """(n, 12, 2) by a share 1 of free air."""
     oil_by_hose: Array
     """(n, 12, hoses, 2) by 1 m3/Pa of each of the hoses of hydraulics.hose."""
     oil_by_reading: Array
@@ -121,19 +123,22 @@ class RobotSeen:
     oil_by_lateness: Array
     """(n, 12, 2) by a pressure sensor, of A or of B, that reads 1 s late."""
     supply_by_pressure: Array
-    """(n,) change of the believed supply pressure by the pump's set pressure, as a factor;
-    `supply_by_flow` by its flow.
-    """
+    """(n,) change of the believed supply pressure by the pump's set pressure, as a factor, Pa."""
     supply_by_flow: Array
+    """(n,) the same by the pump's flow, as a factor, Pa."""
     drawn_m3_s: Array
     """(n,) flow that all cylinders together are believed to draw."""
     shows_ropes: bool
     """Whether ropes were held while the body moved, and how stiff they are declared is known."""
     line_hz: Array
-    """(12,) frequency of the strongest line of each piston's force; `line_n` its amplitude, 0 where
-    it may be noise.
-    """
+    """(12,) frequency of the strongest line of each piston's force."""
     line_n: Array
+    """(12,) its amplitude, 0 where it may be noise."""
+
+    @property
+    def bins(self) -> int:
+        """How many there are."""
+        return len(self.time_s)
 
     def axis(self, place: str) -> int:
         """Index of the cylinder `place` among the twelve."""

@@ -297,14 +297,23 @@ class HiddenCylinder:
     added: dict[str, float] = field(default_factory=dict)
     """The same -> number on top of the machine's."""
     mass_kg: float = 0.0
+    """Added to what the cylinder moves."""
     gain_error_a: float = 0.0
+    """Pressure sensor at A: it reads so much more of the pressure."""
     gain_error_b: float = 0.0
+    """The same at B."""
     zero_a_pa: float = 0.0
+    """Pressure sensor at A: what it reads at no pressure."""
     zero_b_pa: float = 0.0
+    """The same at B."""
     hysteresis_pa: float = 0.0
+    """Both sensors: half of what a reading differs by on the way up and down."""
     bow_pa: float = 0.0
+    """Both sensors: what a reading is off by in the middle of the range."""
     drift_a_pa_s: float | None = None
+    """Pressure sensor at A: by which its zero moves."""
     pressure_delay_s: float = 0.0
+    """Both sensors read so late."""
     encoder_offset: float = 0.0
     """m, of a rotation joint rad; added to the reading."""
     play_rad: float = 0.0
@@ -316,7 +325,9 @@ class HiddenRope:
     """One rope: what its load pin adds, and where its anchor is."""
 
     tension_gain_error: float = 0.0
+    """The load pin reads so much more of the tension."""
     tension_zero_n: float = 0.0
+    """What the load pin of a slack rope reads."""
     azimuth_rad: float = 0.0
     """The anchor, seen from the robot, is turned to the left in the slope's plane."""
     elevation_rad: float = 0.0
@@ -330,8 +341,11 @@ class HiddenFoot:
     """The ground under one foot."""
 
     settling_m_s: float = 0.0
+    """How fast it gives way under a loaded foot,"""
     settling_depth_m: float = 0.0
+    """and how far."""
     friction: float | None = None
+    """Coefficient; None: as the ground has it."""
 
 
 @dataclass

@@ -9,7 +9,6 @@ Without the import the id is "testbed.envs:Roboclimber/Drill-v0".
 from __future__ import annotations
 
 import re
-from functools import partial
 from typing import Any
 
 import gymnasium
@@ -93,17 +92,16 @@ def make_in_processes(name: str, count: int, **options: Any) -> Any:
     """So many environments, each in a process of its own with one thread, that step together: a
     gymnasium `VectorEnv`. Arguments and errors as of `make_env`.
     """
-    from gymnasium.vector import AsyncVectorEnv
-
     from testbed.simulation.workers import single_threaded
 
     single_threaded()
-    return AsyncVectorEnv([partial(_in_a_process, named(name), options)] * count, context="spawn")
-
-
-def _in_a_process(name: str, options: dict[str, Any]) -> Any:
-    """An environment, where `testbed.envs` has just been imported."""
-    return gymnasium.make(name, **options)
+    return gymnasium.make_vec(
+        named(name),
+        count,
+        vectorization_mode="async",
+        vector_kwargs={"context": "spawn"},
+        **options,
+    )
 
 
 for _id, (_entry, _kwargs) in ENVIRONMENTS.items():

@@ -43,16 +43,23 @@ class RecordedFeet:
     """The feet of a recording, by name; n rows, forces in N, + pressed on the ground."""
 
     folder: Path
+    """Of the recording."""
     time_s: Array
+    """(n,)"""
     force_n: Mapping[str, Array]
+    """Foot -> estimated or measured force (n,)."""
     force_from: str
-    """In words."""
+    """Where that comes from, in words."""
     nominal_load_n: float | None = None
+    """A quarter of the machine's weight, or what is declared; None: nobody says."""
     nominal_load_from: str = "declared"
+    """Where that comes from, in words."""
     breakaway_n: float | None = None
     """Declared; None: nobody has."""
     reference: Mapping[str, Array] = field(default_factory=dict)
+    """Foot -> measured force (n,) to be scored against; empty: there is none."""
     reference_from: str | None = None
+    """Where that comes from, in words."""
     robot: Estimated | None = None
     """Where the estimates of a whole robot are at hand."""
 

@@ -63,14 +63,23 @@ class OwnTuning:
     shakes: bool = True
     """Fast changes of the loads follow from the body's acceleration."""
     every: int = 5
+    """Samples between two balances of the body."""
     observer_rad_s: float = 60.0
+    """Bandwidth of the observer that takes speed and acceleration from the encoder."""
     rest_m_s: float = 0.001
+    """A piston that is slower counts as resting."""
     slide_m_s: float = 0.003
+    """A piston that is faster counts as sliding; between the two friction is neither a set nor
+    known.
+    """
     friction_share: float = 0.12
     """Sliding friction is known to this share."""
     slow_share: float = 0.6
+    """The same at the slowest speeds, beside that: a piston may stick and slip there."""
     slow_m_s: float = 0.008
+    """Speed over which that fades."""
     speed_sd_m_s: float = 0.003
+    """Of the piston speed: what friction may be off by because the speed is."""
     rest_share: float = 0.3
     """One standard deviation of friction at rest, of its set's half width; EVEN without
     load-holding valves.
@@ -78,50 +87,75 @@ class OwnTuning:
     fresh_more: float = 1.5
     """So much more of it right after a stop, while oil and friction settle."""
     fresh_s: float = 4.0
+    """Over which that fades."""
     stuck_share: float = EVEN
     """Likewise of a piston that has not slid since the start: it may be stuck anywhere in its
     set.
     """
     sliding_keep_s: float = 0.5
+    """Of friction while a piston slides."""
     rest_keep_s: float = 0.3
+    """Of friction at rest."""
     rest_alike: float = 0.5
     """Correlation of friction between feet that have rested for `alike_after_s`: oil that leaks
     moves it the same way at all of them.
     """
     alike_after_s: float = 30.0
+    """Of rest, after which friction is about as much alike."""
     body_keep_s: float = 0.3
     """Of the balance's own error: shorter than friction's, else it takes what a stuck piston hides
     for an error of the weight.
     """
     weight_share: float = 0.005
+    """Of the weight, by which the balance of forces may be off."""
     centre_sd_m: float = 0.01
+    """Of the centre of mass: the weight times this is what the balance of moments may be off by."""
     rope_share: float = 0.005
+    """Of the ropes' tensions, by which the balance may be off."""
     drill_share: float = 0.05
+    """Of the ordered thrust, by which it may."""
     blow_share: float = 0.2
+    """Of the thrust, by which it may while the hammer blows."""
     force_sd_n: float = 300.0
+    """Noise of the balance of forces."""
     moment_sd_n_m: float = 450.0
+    """Noise of the balance of moments."""
     set_margin: float = 0.2
+    """By so much of its width friction's set may be wider than believed."""
     news_share: float = 0.8
+    """Of a change of the piston force at rest, that may be friction."""
     news_noise_n: float = 50.0
+    """Of such a change, that is noise."""
     gate: float = 8.0
+    """An observation that is more standard deviations off than this counts less."""
     blame_s: float = 1.0
+    """Over which the balance is looked at for a sensor that lies."""
     blame_threshold: float = 2.5
+    """Standard deviations at which a sensor is blamed."""
     doubt_cost: float = 10.0
     """Cost of a balance that is still believed at rest (doubt.py). On 26 tuning runs of sound drawn
     machines it is at most 5 standing and drilling, 8 raising, and 24 for moments of a crawl.
     """
     doubt_time_s: float = 2.0
+    """Within which a doubted balance is given up, and believed again."""
     zero_wander_n2_s: float = 1.0
+    """Variance by which a zero of the cylinder force grows."""
     zero_sd_n: float = 20.0
     """The calibration itself, beside what the machine's tolerances say of the sensors."""
     dry_sd_n: float = 20.0
     """Dry friction likewise."""
     air_load_n: float = 1500.0
+    """A foot that is not meant to carry and bears less is in the air,"""
     air_dwell_s: float = 0.15
+    """once it has for so long."""
     air_sd_n: float = 40.0
+    """Of the load of a foot in the air: how surely it is nothing."""
     carries_n: float = 300.0
+    """From this load on a foot takes its part in fast changes of the body's load."""
     noise_sd_n: float = 15.0
+    """Of a filtered load."""
     moving_sd_n: float = 110.0
+    """What inertia and friction leave beside that while the piston slides."""
     told_share: float = 0.75
     """Of the filter's standard deviation, what intervals are made of: deviations end where their
     sets do, so that large ones are rarer than a normal law has them.
@@ -132,9 +166,13 @@ class OwnTuning:
     begin loose, or stuck anywhere.
     """
     filter_q_n2: float = 150.0
+    """Variance by which a load changes from sample to sample, for the filter of what is told."""
     filter_r_n2: float = 1500.0
+    """Variance of what that filter is fed."""
     e_max_n: float = 500.0
+    """A load that jumps by more is held back,"""
     hold_samples: float = 4.0
+    """for so many samples: a spike is over by then, news is not."""
 
     def scaled(self, scale: Scale) -> OwnTuning:
         """The same for a machine of another size."""
@@ -321,7 +359,7 @@ def _declare(out: Any, axis: Axis, stroke_m: float, effects: Sequence[EffectEntr
 
 
 def without(tuning: OwnTuning, *ideas: str) -> OwnTuning:
-    """The tuning with some ideas switched off (`rich`, `swing`, `balance`, `shakes`)."""
+    """The tuning with some of its ideas, the fields that are true or false, switched off."""
     values = {field.name: getattr(tuning, field.name) for field in fields(tuning)}
     return OwnTuning(**(values | dict.fromkeys(ideas, False)))
 
