@@ -64,6 +64,8 @@ NOISE = ForceNoise(
     alike_s=1000.0,
     quick_share=0.02,
     turning_share=0.5,
+    turning_alike=0.0,
+    turning_s=0.2,
     switched_share=0.0,
 )
 """At rest friction is anything, for as long as the rest lasts, and teaches nothing: it is not

@@ -46,6 +46,10 @@ ALIKE = 1.02
 """Two errors on the kept-back forces whose ratio is below this count as equal, as for single legs
 (E).
 """
+HARDLY_WORSE = 0.05
+"""What effects add to the error of the kept-back forces (root of the difference of squares) is
+little below this share of what the machine as believed misses there (E).
+"""
 NO_ROPES = (
     "no rope pulls; probabilities were fitted on machines that hang on theirs, and of nine sound"
     " ones that swayed on level ground without any four were given an effect"
@@ -98,10 +102,13 @@ class RobotDiagnosis:
     @property
     def foretells_forces(self) -> bool:
         """Whether the effects predict the kept-back forces about as well as the tolerances of a
-        sound machine do, or better. If not, they are reported but not put into the model.
+        sound machine do, or better; or hardly worse beside all that is missing without either. If
+        not, they are reported but not put into the model.
         """
         force = self.errors[FORCES]
-        return force["after"] <= force["refit"] * ALIKE
+        added = force["after"] ** 2 - force["refit"] ** 2
+        little = added <= (HARDLY_WORSE * force["before"]) ** 2
+        return little or force["after"] <= force["refit"] * ALIKE
 
 
 def check_duration(time_s: Array, file: Path) -> float:
