@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.bins import Frame, sense_in_time
+from testbed.diagnosis.robot.bins import Frame, sense_in_time, slid_on
 from testbed.diagnosis.robot.friction import BEHIND, sense_of_friction
 from testbed.diagnosis.robot.motion_noise import turning_from
 
@@ -34,6 +34,13 @@ def test_a_piston_that_comes_further_back_than_it_went_slides_neither_way() -> N
 def test_slow_sliding_counts_as_before_and_a_single_count_not_at_all() -> None:
     assert sense(*[SLOW] * PARTS) == pytest.approx((SLOW - 0.0012) / 0.0028)
     assert sense(0.0, 0.0, 0.005, 0.0, 0.0) == pytest.approx(0.0)
+
+
+def test_an_encoder_that_goes_on_now_and_then_shows_slow_sliding() -> None:
+    assert sense(0.01, 0.0, 0.0, 0.0, 0.01) == pytest.approx(1.0)
+    counts = np.array([0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0])[:, None]
+    assert slid_on(counts, 3)[:, 0].tolist() == [0, 1, 1, 1, 1, 0, 0, 0, 1, 0, -1, 0]
+    assert slid_on(-counts, 4)[:, 0].tolist() == [0, -1, -1, -1, -1, -1, -1, -1, -1, 0, 1, 0]
 
 
 def test_speeds_within_a_bin_have_its_mean_speed_as_their_mean() -> None:

@@ -29,6 +29,8 @@ BESIDE_S = 0.025
 """
 PART_S = 0.02
 """In so long a part of a bin a piston slides or stands."""
+SLIDES_ON_S = 0.08
+"""A piston whose encoder goes on the same way within so long has not come to rest."""
 SETTLING_S = 0.6
 """The start's transients are left out."""
 REST_M_S, SLIDE_M_S = 0.0012, 0.004
@@ -162,9 +164,26 @@ def sense_in_time(speed: Array, within: Array, times: float) -> Array:
     no more than the share of time in which it slides one way rather than the other counts. Nor
     does a count that an encoder makes now and then, where the whole bin's speed is none.
     """
-    whole, shared = _sense(speed, times), _sense(within, times).mean(axis=1)
-    alike = np.clip(shared * np.sign(whole), 0.0, np.abs(whole))
-    return np.asarray(np.sign(whole) * alike)
+    n, parts, k = within.shape
+    moves = np.where(np.abs(within) / times > REST_M_S, np.sign(within), 0.0)
+    slides = slid_on(moves.reshape(n * parts, k), round(SLIDES_ON_S / BIN_S * parts))
+    whole = _sense(speed, times)
+    shared = slides.reshape(within.shape).mean(axis=1) * np.sign(whole)
+    return np.asarray(np.sign(whole) * np.clip(shared, 0.0, np.abs(whole)))
+
+
+def slid_on(moves: Array, apart: int) -> Array:
+    """Senses in which pistons slide (m, k) in short parts by those in which their encoders move:
+    one that moves on the same way `apart` parts later or sooner has slid meanwhile.
+    """
+    index = np.arange(len(moves))[:, None]
+    stands = moves == 0.0
+    last = np.maximum.accumulate(np.where(stands, 0, index), axis=0)
+    following = np.where(stands, len(moves) - 1, index)
+    following = np.minimum.accumulate(following[::-1], axis=0)[::-1]
+    before, after = (np.take_along_axis(moves, at, axis=0) for at in (last, following))
+    alike = (before == after) & (following - last <= apart)
+    return np.asarray(np.where(stands & alike, before, moves))
 
 
 FORCES = tuple(f"specific_force_{k}" for k in XYZ)
