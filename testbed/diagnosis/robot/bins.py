@@ -197,8 +197,10 @@ DRILL = (
 )
 
 
-def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
-    """The bins of a recording: `data` maps the columns' names to arrays (samples,)."""
+def bins_of(data: Mapping[str, Array], robot: Robot, parted: bool = True) -> Bins:
+    """The bins of a recording: `data` maps the columns' names to arrays (samples,); `parted`:
+    whether a piston may slide in a part of a bin alone.
+    """
     frame = Frame.of(np.asarray(data["t"], dtype=float))
     count, step = frame.count, frame.width * frame.period_s
 
@@ -237,7 +239,9 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
     joints = [column(f"position_{axis}") for axis in AXES]
     within = np.column_stack([frame.change_of_speed(one) for one in joints])
     change = of_lifted_feet(within, change, carrying)
+    times = robot.machine.scale.speed
     in_parts = np.stack([frame.speeds_within(one) for one in joints], axis=2) * arm[:, None]
+    direction = sense_in_time(speed, in_parts, times) if parted else _sense(speed, times)
     return Bins(
         time_s=mean("t") - float(data["t"][0]),
         joint=joint,
@@ -247,7 +251,7 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
         speed_m_s=speed,
         acceleration_m_s2=change * arm,
         arm_m=arm,
-        direction=sense_in_time(speed, in_parts, robot.machine.scale.speed),
+        direction=direction,
         pressure_a_pa=pressures("pressure_a"),
         pressure_b_pa=pressures("pressure_b"),
         pressure_a_rate=rates("pressure_a"),
