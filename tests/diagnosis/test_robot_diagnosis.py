@@ -114,10 +114,15 @@ def test_scores_count_names_places_intervals_and_what_is_closed() -> None:
     assert wrong["place_named"]["share"] == 1.0 and wrong["name_and_place"]["share"] == 0.0
 
 
-@pytest.mark.parametrize(("after", "believed"), [(0.9, 1), (1.0, 1), (1.01, 1), (1.03, 0)])
-def test_what_foretells_forces_worse_is_said_but_not_believed(after: float, believed: int) -> None:
+@pytest.mark.parametrize(
+    ("before", "after", "believed"),
+    [(1.0, 0.9, 1), (1.0, 1.0, 1), (1.0, 1.01, 1), (1.0, 1.03, 0), (6.0, 1.03, 1), (6.0, 1.06, 0)],
+)
+def test_what_foretells_forces_worse_is_said_but_not_believed(
+    before: float, after: float, believed: int
+) -> None:
     found = Found("sensor.gain_a", "fl_vertical", {"gain_error": Parameter(value=0.1, unit="1")})
-    errors = {FORCES: {"before": 1.0, "refit": 1.0, "after": after}}
+    errors = {FORCES: {"before": before, "refit": 1.0, "after": after}}
     nothing: Any = None
     said = RobotDiagnosis("run", nothing, nothing, nothing, (found,), errors, {})
     assert len(models(said, RobotModelFile())["after"].effects) == believed

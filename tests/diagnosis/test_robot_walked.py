@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.walked import SEEMS_KG, SEEMS_KG_M, lighter
+from testbed.diagnosis.robot.walked import SEEMS_KG, SEEMS_KG_M, hangs, lighter
 from testbed.effects import by_name
 from testbed.effects.signature import Change, RobotSeen
 from testbed.machine.names import AXES
@@ -42,3 +42,11 @@ def test_a_machine_of_twice_the_length_misses_eight_times_the_mass() -> None:
     seen.asked_by_moment[:, :, 1:] = 0.0
     twice = wrench(lighter(seen, Scale(8.0, 2.0)))
     assert twice == pytest.approx(8.0 * wrench(lighter(seen, ROBOCLIMBER)))
+
+
+def test_a_machine_whose_pins_read_next_to_nothing_hangs_on_no_rope() -> None:
+    on_feet_n = np.zeros((3, 4, 3))
+    on_feet_n[:, :, 2] = 1e4
+    pulled, loose = (SimpleNamespace(tension_n=np.full((3, 2), n)) for n in (8e3, 25.0))
+    assert hangs(cast(RobotSeen, pulled), on_feet_n)
+    assert not hangs(cast(RobotSeen, loose), on_feet_n)

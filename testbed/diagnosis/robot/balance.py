@@ -17,7 +17,12 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import Bins
-from testbed.diagnosis.robot.friction import areas, friction, friction_across
+from testbed.diagnosis.robot.friction import (
+    areas,
+    friction,
+    friction_across,
+    sense_of_friction,
+)
 from testbed.diagnosis.robot.held_ropes import HeldRopes
 from testbed.diagnosis.robot.oil import Oil
 from testbed.diagnosis.robot.supply import Supply
@@ -99,9 +104,10 @@ def balance_of(
     hangs = hanging(bins, machine.scale)
     stands = ~np.repeat(hangs, JOINTS_A_LEG, axis=1)  # a foot in the air pushes across no rod
     side, growing = friction_across(bins, robot, stands)
+    sense = sense_of_friction(bins.direction)
     side_load = np.zeros((n, len(AXES)))
     for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
-        force = piston - (bins.direction * coulomb + side * side_load) - viscous
+        force = piston - (sense * coulomb + side * side_load) - viscous
         measured = Measured(bins, force, side, growing, hangs, rope_way)
         found = [of_bin(robot, measured, k, bins.joint[k]) for k in range(n)]
         foot_force = np.array([one.foot_force for one in found])

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.shaking import over_standing_feet, quick
+from testbed.diagnosis.robot.shaking import of_lifted_feet, over_standing_feet, quick
 from testbed.estimation.cylinder import replace_clipped
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
@@ -23,6 +23,14 @@ EDGE_S = 0.02
 """An encoder's reading at the edge of a bin is the mean of this long: a tenth of a count is left of
 its steps.
 """
+BESIDE_S = 0.025
+"""Speed at an edge is the way from so long before it to so long after it: of a leg that rocks at
+5 Hz on its oil nine tenths (B).
+"""
+PART_S = 0.02
+"""In so long a part of a bin a piston slides or stands."""
+SLIDES_ON_S = 0.08
+"""A piston whose encoder goes on the same way within so long has not come to rest."""
 SETTLING_S = 0.6
 """The start's transients are left out."""
 REST_M_S, SLIDE_M_S = 0.0012, 0.004
@@ -94,13 +102,35 @@ class Frame:
         inside = values[self.first : self.first + self.width * self.count]
         return np.asarray(inside.reshape(self.count, self.width).mean(axis=1))
 
-    def at_edges(self, values: Array) -> Array:
-        """Values (count + 1,) at the bins' edges."""
+    def at_edges(self, values: Array, later: int = 0) -> Array:
+        """Values (count + 1,) at the bins' edges, or so many samples later."""
         half = max(round(0.5 * EDGE_S / self.period_s), 1)
-        edges = self.first + self.width * np.arange(self.count + 1)
+        edges = self.first + self.width * np.arange(self.count + 1) + later
         sums = np.concatenate([[0.0], np.cumsum(values)])
         low, high = np.maximum(edges - half, 0), np.minimum(edges + half, self.samples)
         return np.asarray((sums[high] - sums[low]) / (high - low))
+
+    def speeds_within(self, values: Array) -> Array:
+        """Rates of change (count, parts) in equal parts of each bin, PART_S long or somewhat
+        longer.
+        """
+        parts = max(round(self.width * self.period_s / PART_S), 1)
+        while self.width % parts:
+            parts -= 1
+        part = self.width // parts
+        half = max(part // 4, 1)
+        edges = self.first + part * np.arange(self.count * parts + 1)
+        sums = np.concatenate([[0.0], np.cumsum(values)])
+        low, high = np.maximum(edges - half, 0), np.minimum(edges + half, self.samples)
+        way = np.diff((sums[high] - sums[low]) / (high - low))
+        return np.asarray(way.reshape(self.count, parts) / (part * self.period_s))
+
+    def change_of_speed(self, values: Array) -> Array:
+        """Mean second derivative (count,) within each bin, by the speeds at its two edges."""
+        beside = max(round(BESIDE_S / self.period_s), 1)
+        way = self.at_edges(values, beside) - self.at_edges(values, -beside)
+        speed = way / (2.0 * beside * self.period_s)
+        return np.asarray(np.diff(speed) / (self.width * self.period_s))
 
     def takes_for_slow(self, rate_hz: float) -> bool:
         """Whether samples come so rarely that what swings at this rate looks slow."""
@@ -118,12 +148,42 @@ class Frame:
         return float(0.5 * np.sqrt(np.mean(apart**2)))
 
 
-def _direction(speed: Array, times: float) -> Array:
+def _sense(speed: Array, times: float) -> Array:
     """Sense of sliding, -1 to 1, of pistons at these speeds (m/s) on a machine whose speeds are so
     many times ROBOCLIMBER's.
     """
     slides = (np.abs(speed) / times - REST_M_S) / (SLIDE_M_S - REST_M_S)
     return np.asarray(np.sign(speed) * np.clip(slides, 0.0, 1.0))
+
+
+def sense_in_time(speed: Array, within: Array, times: float) -> Array:
+    """(n, k) sense of sliding in bins, -1 to 1, by the pistons' mean speeds (n, k) and those in the
+    parts of each bin (n, parts, k), m/s.
+
+    A piston that begins to slide within a bin was at rest for the rest of it, however far it came:
+    no more than the share of time in which it slides one way rather than the other counts. Nor
+    does a count that an encoder makes now and then, where the whole bin's speed is none.
+    """
+    n, parts, k = within.shape
+    moves = np.where(np.abs(within) / times > REST_M_S, np.sign(within), 0.0)
+    slides = slid_on(moves.reshape(n * parts, k), round(SLIDES_ON_S / BIN_S * parts))
+    whole = _sense(speed, times)
+    shared = slides.reshape(within.shape).mean(axis=1) * np.sign(whole)
+    return np.asarray(np.sign(whole) * np.clip(shared, 0.0, np.abs(whole)))
+
+
+def slid_on(moves: Array, apart: int) -> Array:
+    """Senses in which pistons slide (m, k) in short parts by those in which their encoders move:
+    one that moves on the same way `apart` parts later or sooner has slid meanwhile.
+    """
+    index = np.arange(len(moves))[:, None]
+    stands = moves == 0.0
+    last = np.maximum.accumulate(np.where(stands, 0, index), axis=0)
+    following = np.where(stands, len(moves) - 1, index)
+    following = np.minimum.accumulate(following[::-1], axis=0)[::-1]
+    before, after = (np.take_along_axis(moves, at, axis=0) for at in (last, following))
+    alike = (before == after) & (following - last <= apart)
+    return np.asarray(np.where(stands & alike, before, moves))
 
 
 FORCES = tuple(f"specific_force_{k}" for k in XYZ)
@@ -137,16 +197,21 @@ DRILL = (
 )
 
 
-def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
-    """The bins of a recording: `data` maps the columns' names to arrays (samples,)."""
+def bins_of(data: Mapping[str, Array], robot: Robot, parted: bool = True) -> Bins:
+    """The bins of a recording: `data` maps the columns' names to arrays (samples,); `parted`:
+    whether a piston may slide in a part of a bin alone.
+    """
     frame = Frame.of(np.asarray(data["t"], dtype=float))
     count, step = frame.count, frame.width * frame.period_s
 
+    def column(name: str) -> Array:
+        return np.asarray(data[name], dtype=float)
+
     def mean(name: str) -> Array:
-        return frame.mean(np.asarray(data[name], dtype=float))
+        return frame.mean(column(name))
 
     def at_edges(name: str) -> Array:
-        return frame.at_edges(np.asarray(data[name], dtype=float))
+        return frame.at_edges(column(name))
 
     def per_axis(stem: str) -> Array:
         return np.column_stack([mean(f"{stem}_{axis}") for axis in AXES])
@@ -171,6 +236,12 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
     turning = np.column_stack([np.diff(at_edges(f"angular_rate_{k}")) for k in XYZ]) / step
     moves, turns = quick(specific_force - lift_of(attitude)), quick(turning)
     change = change + over_standing_feet(robot.model, joint, carrying, moves, turns)
+    joints = [column(f"position_{axis}") for axis in AXES]
+    within = np.column_stack([frame.change_of_speed(one) for one in joints])
+    change = of_lifted_feet(within, change, carrying)
+    times = robot.machine.scale.speed
+    in_parts = np.stack([frame.speeds_within(one) for one in joints], axis=2) * arm[:, None]
+    direction = sense_in_time(speed, in_parts, times) if parted else _sense(speed, times)
     return Bins(
         time_s=mean("t") - float(data["t"][0]),
         joint=joint,
@@ -180,7 +251,7 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
         speed_m_s=speed,
         acceleration_m_s2=change * arm,
         arm_m=arm,
-        direction=_direction(speed, robot.machine.scale.speed),
+        direction=direction,
         pressure_a_pa=pressures("pressure_a"),
         pressure_b_pa=pressures("pressure_b"),
         pressure_a_rate=rates("pressure_a"),

@@ -64,6 +64,8 @@ NOISE = ForceNoise(
     alike_s=1000.0,
     quick_share=0.02,
     turning_share=0.5,
+    turning_alike=0.0,
+    turning_s=0.2,
     switched_share=0.0,
 )
 """At rest friction is anything, for as long as the rest lasts, and teaches nothing: it is not
@@ -155,7 +157,7 @@ def _balance(
 ) -> tuple[Bins, BodyBalance]:
     """The balances of a recording."""
     frame = Frame.of(np.asarray(data["t"], dtype=float))
-    bins = unbiased(bins_of(data, robot))
+    bins = unbiased(bins_of(data, robot, parted=False))
     oils = oil_of(data, bins, frame, robot)
     none = np.zeros(len(AXES))
     other = OtherSigns(
@@ -190,7 +192,7 @@ def lifts_every_foot(data: Mapping[str, Array], robot: Robot) -> bool:
 
 def levelled(data: Mapping[str, Array], robot: Robot) -> Evidence:
     """How the inertial unit is turned, from the plane of four feet at rest on level ground."""
-    bins = bins_of(data, robot)
+    bins = bins_of(data, robot, parted=False)
     rests = (np.abs(bins.direction) < STILL).all(axis=1) & (bins.carrying > CARRIES).all(axis=1)
     turned = [_off_level(robot.model, bins, k) for k in np.flatnonzero(rests).tolist()]
     if not turned:

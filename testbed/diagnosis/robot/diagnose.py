@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.bins import BIN_S, SETTLING_S
 from testbed.diagnosis.robot.by_law import weighed_by_law
 from testbed.diagnosis.robot.evidence import RawGroup
@@ -32,6 +31,7 @@ from testbed.diagnosis.robot.probabilities import (
     has_names,
     leading,
 )
+from testbed.diagnosis.robot.walked import hangs
 from testbed.effects import ALL
 from testbed.effects.signature import Signature
 from testbed.errors import InputError
@@ -46,9 +46,9 @@ ALIKE = 1.02
 """Two errors on the kept-back forces whose ratio is below this count as equal, as for single legs
 (E).
 """
-LEAST_PULL = 0.05
-"""Share of what its feet bear: a machine of whose ropes both pull less, in the mean, does not hang
-on them (E).
+HARDLY_WORSE = 0.05
+"""What effects add to the error of the kept-back forces (root of the difference of squares) is
+little below this share of what the machine as believed misses there (E).
 """
 NO_ROPES = (
     "no rope pulls; probabilities were fitted on machines that hang on theirs, and of nine sound"
@@ -102,10 +102,13 @@ class RobotDiagnosis:
     @property
     def foretells_forces(self) -> bool:
         """Whether the effects predict the kept-back forces about as well as the tolerances of a
-        sound machine do, or better. If not, they are reported but not put into the model.
+        sound machine do, or better; or hardly worse beside all that is missing without either. If
+        not, they are reported but not put into the model.
         """
         force = self.errors[FORCES]
-        return force["after"] <= force["refit"] * ALIKE
+        added = force["after"] ** 2 - force["refit"] ** 2
+        little = added <= (HARDLY_WORSE * force["before"]) ** 2
+        return little or force["after"] <= force["refit"] * ALIKE
 
 
 def check_duration(time_s: Array, file: Path) -> float:
@@ -140,13 +143,7 @@ def beyond_what_was_tried(balances: Balances) -> str:
     words; empty where in nothing.
     """
     bodies = (body for body in (balances.body, balances.second) if body is not None)
-    return "" if all(map(_hangs, bodies)) else NO_ROPES
-
-
-def _hangs(body: BodyBalance) -> bool:
-    """Whether ropes pull on the machine; load pins read something where they do not."""
-    on_feet_n = np.linalg.norm(body.foot_force.sum(axis=1), axis=1).mean()
-    return bool(body.seen.tension_n.sum(axis=1).mean() > LEAST_PULL * on_feet_n)
+    return "" if all(hangs(body.seen, body.foot_force) for body in bodies) else NO_ROPES
 
 
 def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotDiagnosis:

@@ -21,10 +21,11 @@ from testbed.diagnosis.robot.motion_noise import (
     swings,
     switched_n,
     taken_by_stops,
+    turning_from,
     turns,
 )
 from testbed.diagnosis.robot.tolerances import LATE_S, expected, middle, standard_deviation
-from testbed.diagnosis.robot.walked import lighter, ropes_off
+from testbed.diagnosis.robot.walked import hangs, lighter, ropes_off
 from testbed.effects import ALL
 from testbed.effects.friction_position import PositionFriction
 from testbed.effects.friction_pressure import PressureFriction
@@ -91,6 +92,11 @@ class ForceNoise:
     """Friction anew in each bin."""
     turning_share: float
     """A piston that turns round: the seal is somewhere on its way from one sense to the other."""
+    turning_alike: float
+    """Share of that variance which pistons that turn at once have alike, for `turning_s`: one
+    motion of the body turns them.
+    """
+    turning_s: float
     switched_share: float
     """Share of the change where a load changes from one bin to the next."""
     shaken_share: float = 0.0
@@ -124,6 +130,8 @@ OF_A_SOUND_MACHINE = ForceNoise(
     alike_s=100.0,
     quick_share=0.02,
     turning_share=0.5,
+    turning_alike=0.6,
+    turning_s=0.2,
     switched_share=0.03,
     shaken_share=0.25,
 )
@@ -285,7 +293,7 @@ def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
     tolerances, passing = tolerance_columns(balance, machine)
     lasting = lasting_of(balance, known) + passing @ passing.T
     missing = balance.missing[balance.counted]
-    if walks(balance):
+    if walks(balance) and hangs(balance.seen, balance.foot_force):
         missing = missing - rows_of(balance, lighter(balance.seen, machine.scale))
     return RawGroup(
         missing=missing,
@@ -339,7 +347,8 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
     spread = (known.sliding_share * share + known.rest_share * (1.0 - share)) * dry
     shaken = seen.line_n > SHAKEN_SHARE * dry  # a piston that is shaken has friction of both senses
     spread = np.hypot(spread, seen.line_n + dry * shaken)
-    anew = np.hypot(known.turning_share * turns(seen.direction), known.quick_share) * dry
+    alone = known.turning_share * np.sqrt(1.0 - known.turning_alike)
+    anew = np.hypot(alone * turns(seen.direction), known.quick_share) * dry
     anew = np.hypot(anew, known.switched_share * switched_n(seen))
     if known.shaken_share > 0.0:
         to_and_fro = known.shaken_share * swings(piston_n(seen))
@@ -356,6 +365,9 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
         out += (apart == 0.0) * np.outer(fresh, fresh)
         if seen.line_n[axis] > 0.0:
             out += swung(seen, axis, by, apart)
+    behind = known.turning_share * turning_from(seen.direction) * dry
+    alike = np.sqrt(known.turning_alike) * np.einsum("ra,ra->r", by_axis, behind[bins])
+    out += np.exp(-apart / known.turning_s) * np.outer(alike, alike)
     if known.alike_share > 0.0:
         held = by_axis * (known.alike_share * (1.0 - share) * dry)[bins]
         out += _held_alike(seen, bins, held, known.alike_s)

@@ -82,6 +82,14 @@ def slides_surely(direction: Array) -> Array:
     return np.asarray(np.abs(direction) * lasts)
 
 
+def turning_from(direction: Array) -> Array:
+    """(n, k) sense, -1 to 1, that a piston turns from about a bin: half of what its sense
+    `direction` (n, k) loses from so many bins before to so many after; 0 where it goes on.
+    """
+    near = _beside(direction, TURNING_BINS)
+    return np.asarray(0.5 * (near[0] - near[-1]))
+
+
 def _beside(values: npt.NDArray[np.generic], reach: int) -> Array:
     """(2 reach + 1, n, k) values (n, k) of the bins about each bin."""
     bins = np.arange(len(values))

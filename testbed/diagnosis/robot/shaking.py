@@ -49,3 +49,12 @@ def over_standing_feet(
                 there = acceleration[k] + np.cross(turning[k], feet[leg])
                 out[k, own] = -np.linalg.solve(jacobians[leg][:, own], there)
     return out
+
+
+def of_lifted_feet(within: Array, change: Array, carrying: Array) -> Array:
+    """(n, 12) accelerations of the joints: those `within` each bin of legs whose feet are lifted,
+    `change` of the others. A leg in the air rocks on its oil some five times a second, of which a
+    difference over three bins shows nothing, and no inertial unit feels it.
+    """
+    stands = np.repeat(carrying > STANDS, JOINTS_A_LEG, axis=1)
+    return np.where(stands, change, within)

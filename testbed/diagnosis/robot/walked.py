@@ -1,7 +1,8 @@
 """What the balances of a body on its ropes miss while it walks, alike on all sound machines.
 
 Stuck seals of the legs that carry take up what a swinging leg leaves to them, and ropes are hauled
-meanwhile: together as if the body were lighter than it is, and its ropes somewhat off.
+meanwhile: together as if the body were lighter than it is, and its ropes somewhat off. A body that
+lifts its feet on level ground without ropes misses nothing of the kind.
 """
 
 from __future__ import annotations
@@ -9,12 +10,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+import numpy.typing as npt
 
 from testbed.effects.rope_direction import RopeDirection
 from testbed.effects.rope_tension_gain import TensionGain
 from testbed.effects.signature import Change, RobotSeen
 from testbed.machine.scale import Scale
 
+LEAST_PULL = 0.05
+"""Share of what its feet bear: a machine of whose ropes both pull less, in the mean, does not hang
+on them (E).
+"""
+Array = npt.NDArray[np.float64]
 WALKS_OFF = 0.04
 """Share of the ropes' pull, and rad of their way, that a walk's balance misses (E)."""
 SEEMS_KG, SEEMS_KG_M = -280.0, (-490.0, 0.0, -650.0)
@@ -24,8 +31,16 @@ common ones of 14 walks of sound drawn machines on 30 to 60 degrees, +- 27 kg an
 """
 
 
+def hangs(seen: RobotSeen, foot_force: Array) -> bool:
+    """Whether ropes pull on a machine whose feet bear `foot_force` (n, 4, 3), N; load pins read
+    something where they do not.
+    """
+    on_feet_n = np.linalg.norm(foot_force.sum(axis=1), axis=1).mean()
+    return bool(seen.tension_n.sum(axis=1).mean() > LEAST_PULL * on_feet_n)
+
+
 def lighter(seen: RobotSeen, scale: Scale) -> Change:
-    """What a sound walking machine of this size is known to miss."""
+    """What a sound machine of this size that walks on its ropes is known to miss."""
     numbers = np.array([SEEMS_KG, *(scale.length * moment for moment in SEEMS_KG_M)])
     return seen.weighs(scale.times("kg") * (seen.asked_by_moment @ numbers))
 
