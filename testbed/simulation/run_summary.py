@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed import __version__
 from testbed.estimation.contact_losses import LossRule, nominal_load_n
 from testbed.formats.arrays import Array, Columns
 from testbed.formats.files import plain
@@ -213,6 +214,7 @@ UNLOADED_S, UNLOADED_SHARE, UNLOADED_ANYHOW_S = 5.0, 0.5, 10.0
 """A machine has not stood where a foot that was meant to carry bore nothing for so long in a row
 and for this share of its time, or for the longer time in a row anyhow (E)."""
 SUMMARY_FORMAT = "roboclimber-summary/1"
+MADE_BY = f"roboclimber-testbed {__version__}"
 
 
 @dataclass
@@ -281,6 +283,7 @@ def summary_of_run(
         figures |= stability_summary(simulation, data, truth)
     summary: dict[str, Any] = {
         "format": SUMMARY_FORMAT,
+        "made_by": MADE_BY,
         "scenario": scenario.name,
         "description": scenario.description,
         "seed": scenario.seed,

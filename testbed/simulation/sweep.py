@@ -18,6 +18,7 @@ from testbed.scenario.scenario import Scenario
 from testbed.scenario.sweep import Sweep, SweepRun
 from testbed.simulation.run import Recording, run_scenario
 from testbed.simulation.run_folder import spelt
+from testbed.simulation.run_summary import MADE_BY
 from testbed.simulation.workers import HERE, Workers, work_through
 
 Progress = Callable[[int], None]
@@ -191,10 +192,12 @@ def summary_of(folder: Path) -> dict[str, Any] | None:
 
 
 def holds_run(folder: Path, scenario: Scenario) -> bool:
-    """Whether a folder holds all of the run of this very scenario, every value the same."""
-    kept = folder / "scenario.yaml"
+    """Whether a folder holds all of the run of this very scenario, every value the same, as this
+    version makes it.
+    """
+    kept, summary = folder / "scenario.yaml", summary_of(folder)
     same = kept.is_file() and kept.read_bytes() == spelt(scenario).encode()
-    return same and summary_of(folder) is not None
+    return same and summary is not None and summary.get("made_by") == MADE_BY
 
 
 def collect(runs: Sequence[SweepRun], folder: Path) -> list[dict[str, Any]]:

@@ -12,6 +12,7 @@ from testbed.errors import InputError
 from testbed.machine.names import LEGS
 from testbed.report import loop_page
 from testbed.scenario.scenario import Scenario
+from testbed.simulation import sweep
 from testbed.simulation.run_folder import spelt
 from testbed.workflows import loop as work
 from testbed.workflows.loop import close_loop
@@ -34,7 +35,7 @@ class Made:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "scenario.yaml").write_text(spelt(scenario))
         error = {"own": dict.fromkeys(LEGS, float(scenario.seed))}
-        summary = {"interrupted": False, "force_rms_by_leg_n": error}
+        summary = {"interrupted": False, "made_by": sweep.MADE_BY, "force_rms_by_leg_n": error}
         (folder / "summary.json").write_text(json.dumps(summary))
         self.folders.append(folder.name)
         return type("Result", (), {"interrupted": False})
@@ -61,6 +62,19 @@ def test_what_is_there_is_kept_and_made_anew_for_another_scenario_of_that_name(
         result = close_loop(tmp_path / "out", [str(own)])
         assert made.folders == expected
         assert result["scenarios"][0]["before_n"] == seed + 100.0
+
+
+def test_what_another_version_made_is_made_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, own = Made(monkeypatch), tmp_path / "own.yaml"
+    own.write_text(OWN.format(seed=1))
+    with monkeypatch.context() as earlier:
+        earlier.setattr(sweep, "MADE_BY", "roboclimber-testbed 0.1.0")
+        close_loop(tmp_path / "out", [str(own)])
+    made.folders.clear()
+    close_loop(tmp_path / "out", [str(own)])
+    assert made.folders == ALL
 
 
 def test_a_diagnosis_that_is_made_anew_is_judged_anew(

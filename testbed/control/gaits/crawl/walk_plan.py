@@ -114,8 +114,6 @@ class WalkPlan:
         """
         self._creep_share = 1.0
         """Share of its usual way while legs swing that spares the ropes' devices."""
-        self._paid = False
-        """Whether the last shift would have paid out more rope than a device can."""
         self.room_m: Array = FREELY
         """(2) rope that each traction device can pay out before it has to go over, m."""
         self.stride = Stride(task.step_length_m, task.swing_height_m)
@@ -141,7 +139,7 @@ class WalkPlan:
                 if phase.way is not None:
                     body = phase.way.end
         self.margins_n.clear()
-        self._reached_m, self._creep_share, self._paid = 0.0, 1.0, False
+        self._reached_m, self._creep_share = 0.0, 1.0
 
     def choose(self, stride: Stride, steps_done: int) -> None:
         """Let the groups after `steps_done` swings be `stride`."""
@@ -237,16 +235,12 @@ class WalkPlan:
         return _BodyPlan(places, goal, creep, margin_n, reached_m, shift_m)
 
     def _spare_the_ropes(self, body: Array, goal: Array) -> None:
-        """Let more of the body's way be made in shifts if the one to `goal` (3), or the one before
-        it, would pay a rope out further than its device can: a shift that goes further up the slope
-        pays out less.
+        """Let more of the body's way be made in shifts from now on if the one to `goal` (3) pays a
+        rope out further than its device can: a shift that goes further up the slope pays out less.
         """
-        part_m = self.stride.length_m * self._group_size / len(LEGS)
-        less_m = (self._usual_creep - self.creep) * part_m
-        paid_m = self._ropes.lengths_m(goal - less_m * self.ahead) - self._ropes.lengths_m(body)
-        pays = bool((paid_m > self.room_m).any())
-        self._creep_share = PAYING_CREEP if pays or self._paid else 1.0
-        self._paid = pays
+        paid_m = self._ropes.lengths_m(goal) - self._ropes.lengths_m(body)
+        if (paid_m > self.room_m).any():
+            self._creep_share = PAYING_CREEP
 
     @property
     def manner(self) -> GaitStyle:
