@@ -84,6 +84,9 @@ def position_by_oil(recording: Recording, model: LegModel) -> Array:
 
 
 def _compared(recording: Recording, model: LegModel, width_s: float) -> _Compared:
+    """Oil and encoder side by side, every channel smoothed by `width_s`: the oil's velocity is the
+    mean of what both chambers' balances ask for.
+    """
     signals = signals_of(recording, model.known, width_s)
     known, rate = signals.known, signals.rate_hz
     right = corrected(signals, build(model.effects))
