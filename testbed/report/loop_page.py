@@ -4,6 +4,7 @@ scenario.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -36,10 +37,25 @@ OUT: Mapping[str, tuple[float, float]] = {
 ALONG: Mapping[str, float] = {"rotation": 0.0, "radial": 0.5, "vertical": 1.0}
 
 
+SMALL = 1.0e-3
+"""Half of an interval below which numbers are told as powers of ten."""
+
+
 def page(rows: Sequence[Mapping[str, Any]]) -> str:
     """The page's text."""
     shown = [dict(row) | {"figures": figures(row), "plan": plan(row)} for row in rows]
-    return render("loop.html.j2", {"rows": shown, "legs": LEG_NAME})
+    return render("loop.html.j2", {"rows": shown, "legs": LEG_NAME, "told": told})
+
+
+def told(value: float, interval: Sequence[float]) -> tuple[str, str, str]:
+    """A number and the ends of its interval, to the second digit of half of that interval."""
+    low, high = interval
+    half = 0.5 * (high - low)
+    if not half >= SMALL or not math.isfinite(half):
+        return f"{value:.3g}", f"{low:.3g}", f"{high:.3g}"
+    decimals = max(1 - math.floor(math.log10(half)), 0)
+    first, second, third = (round(number, decimals) + 0.0 for number in (value, low, high))
+    return f"{first:.{decimals}f}", f"{second:.{decimals}f}", f"{third:.{decimals}f}"
 
 
 def plan(row: Mapping[str, Any]) -> dict[str, Any]:

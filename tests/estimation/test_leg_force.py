@@ -14,7 +14,7 @@ from testbed.effects.base import ForceTerms
 from testbed.effects.hydraulics_hose import hose_flow_m3_s
 from testbed.estimation.leg.balance import external_n
 from testbed.estimation.leg.flow import edge_flow, spool
-from testbed.estimation.leg.force import MOST_LATE, _late_samples, estimate
+from testbed.estimation.leg.force import estimate
 from testbed.estimation.leg.motion import encoder_noise, motion, slope, smooth, through_steps
 from testbed.recording.axis import Rig
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
@@ -88,20 +88,6 @@ def test_an_edge_passes_its_rated_flow_at_its_rated_drop() -> None:
 def test_the_spool_settles_on_its_command() -> None:
     s = spool(np.concatenate([np.zeros(10), np.ones(500)]), RATE, 20.0, 0.9)
     assert s[-1] == pytest.approx(1.0, abs=1e-6) and s[9] == pytest.approx(0.0, abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("late", "seen"), [(0.0, 0.0), (0.75, 0.75), (-1.0, -1.0), (5.0, MOST_LATE)]
-)
-def test_a_valve_that_acts_later_than_its_row_says_is_seen_by_its_oil(
-    late: float, seen: float
-) -> None:
-    t = np.arange(4000) / RATE
-    noise = 1e-4 * np.random.default_rng(5).standard_normal(t.size)
-    speed = 0.1 * np.sin(6.0 * t + 3.0 * np.sin(t))
-    one_sample = np.gradient(speed)  # by so much does a valve of one sample less lead the piston
-    as_usual = late * one_sample + noise
-    assert _late_samples(as_usual, as_usual - one_sample) == pytest.approx(seen, abs=0.15)
 
 
 @pytest.fixture(scope="module")

@@ -83,7 +83,15 @@ def fit_with(problem: Problem, before: Fit, effect: Effect) -> Fit:
         starts = [starts[place] for place in best]
     memory = of_residual(problem, before.residual).memory
     fits = [_fitted(problem, before, effect, start) for start in starts]
-    return min(fits, key=lambda fit: _cost(problem, fit, memory))
+    return _continued(problem, min(fits, key=lambda fit: _cost(problem, fit, memory)))
+
+
+def _continued(problem: Problem, fit: Fit) -> Fit:
+    """The fit gone on with from where its iterations ended, with the noise that it leaves: what
+    explains nearly all began beside a noise many times that.
+    """
+    coordinates = [restarted(coordinate, fit.at) for coordinate in fit.coordinates]
+    return solve(problem, coordinates, fit.at, ITERATIONS, fit.scale)
 
 
 def fit_shapes(problem: Problem, before: Fit, effect: Effect) -> Fit:

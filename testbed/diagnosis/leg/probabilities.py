@@ -122,7 +122,7 @@ def _alone(signs: Signs) -> float:
     return 1.0 - max(more[1] if len(more) > 1 else 0.0, 0.0) / more[0]
 
 
-FORCE_LEFT, FLOW_LEFT, PRESSED_LEFT = (2.5, 0.05), (2.0, 0.03), (7.0, 0.05)
+FORCE_LEFT, FLOW_LEFT, PRESSED_LEFT = (2.5, 0.05), (1.75, 0.03), (7.0, 0.05)
 """Noise over the sensors' floor that a sound leg may leave, as its friction and its valve are never
 quite the formulas; and the share of what there was that a named effect of another form may leave on
 top. On the load cell a sound leg leaves up to seven times the floor, of force and flow alike: it

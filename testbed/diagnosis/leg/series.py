@@ -16,8 +16,10 @@ from testbed.estimation.leg.flow import smoothed_opening, spool
 from testbed.estimation.leg.force import trusted, unseen_travel_m
 from testbed.estimation.leg.gaps import at_ends, in_gaps
 from testbed.estimation.leg.motion import WIDTH_S, encoder_noise, grid, signals_of, smooth
+from testbed.estimation.leg.oil_motion import can_fuse, position_by_oil
 from testbed.recording.axis import Recording
 from testbed.recording.known import Known
+from testbed.recording.leg_model import LegModel
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -116,6 +118,16 @@ def smoothing_s(rate_hz: float) -> float:
     return max(WIDTH_S, 1.2 / rate_hz)
 
 
+def _likely_position(recording: Recording, known: Known | None) -> Array:
+    """Where the piston was, m, (n,) on the even grid, as well as all sensors tell: between two
+    counts of a slow motion a leg may ring on its oil, and only its pressures show it.
+    """
+    believed = LegModel(rig=recording.rig, known=known or recording.known)  # type: ignore[arg-type]
+    if recording.position_resolution_m > 0.0 and can_fuse(recording, believed):
+        return position_by_oil(recording, believed)
+    return signals_of(recording, known).position_m
+
+
 def series_of(recordings: Sequence[Recording], known: Known | None = None) -> tuple[Series, ...]:
     """Prepare recordings; blocks are numbered through all of them."""
     out: list[Series] = []
@@ -138,9 +150,8 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
     slow = 2.0 * once - smooth(once, SLOW_S * signals.rate_hz)
     if recording.position_resolution_m > 0.0:
         signals = signals.with_(slow_acceleration_m_s2=slow)
-    whole = signals_of(recording, known)
     velocity_noise, acceleration_noise = encoder_noise(
-        whole.position_m, rate, recording.position_resolution_m, width / rate
+        _likely_position(recording, known), rate, recording.position_resolution_m, width / rate
     )
 
     def even(values: Array) -> Array:

@@ -21,99 +21,21 @@ from testbed.estimation.leg.balance import (
     MOVING_M_S,
     OUTPUT_WIDTH_S,
     balance_of,
-    corrected,
     travel_since_reversal,
 )
-from testbed.estimation.leg.flow import Edges, flow_balance, flow_terms, smoothed_opening, spool
 from testbed.estimation.leg.gaps import stretches
 from testbed.estimation.leg.motion import grid, signals_of, smooth
+from testbed.estimation.leg.oil_motion import FUSED_WIDTH_S, can_fuse, fused
 from testbed.estimation.leg.so_far import force_so_far
 from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel
 
-GOING_M_S = 3e-3
-"""Faster than this the piston moves, and oil and encoder are compared."""
-LEAST_SHARE = 0.05
-"""Less of the oil's speed than this is not worth its noise."""
-
-CROSSOVER_S = 0.015
-"""Standard deviation of the smoothing that parts slow from quick."""
-DISAGREEMENT_M_S = 5e-3
-"""Root mean square between both velocities, slow part, at which the oil's share is one half."""
-
-
-def can_fuse(recording: Recording, model: LegModel) -> bool:
-    """True where the flow balances of both chambers can be formed."""
-    channels = (recording.valve_command, recording.pressure_a_pa, recording.pressure_b_pa)
-    return model.known.declares_flow and all(channel is not None for channel in channels)
-
-
-def fused(recording: Recording, model: LegModel, width_s: float) -> Signals | None:
-    """Signals smoothed by `width_s`, with velocity and acceleration from encoder and oil together.
-
-    None where the believed flow balance is too far from the encoder to be of use.
-    """
-    signals = signals_of(recording, model.known, width_s)
-    known, rate = signals.known, signals.rate_hz
-    effects = build(model.effects)
-    right = corrected(signals, effects)
-    terms = flow_terms(right, effects)
-    assert (
-        signals.valve_command is not None
-        and known.valve_natural_frequency_hz
-        and known.valve_damping
-    )
-    moved = spool(
-        signals.valve_command, rate, known.valve_natural_frequency_hz, known.valve_damping
-    )
-    open_ = smoothed_opening(moved, terms.deadband, max(width_s, 1.2 / rate) * rate)
-
-    def oil_less_encoder(late_samples: float) -> Array:
-        balance = flow_balance(right, terms, open_, Edges(late_s=late_samples / rate))
-        return 0.5 * (balance.a_m3_s / known.area_a_m2 - balance.b_m3_s / known.area_b_m2)
-
-    going = np.abs(signals.velocity_m_s) > GOING_M_S
-    width = CROSSOVER_S * rate
-    late = _late_samples(*(smooth(oil_less_encoder(n), width)[going] for n in (0.0, 1.0)))
-    difference = oil_less_encoder(late)
-    gap = smooth(difference, width)
-    size = float(np.sqrt(np.mean(gap[going] ** 2))) if going.any() else 0.0
-    share = 1.0 / (1.0 + (size / DISAGREEMENT_M_S) ** 4)
-    if share < LEAST_SHARE:
-        return None
-    oil = signals.velocity_m_s + difference
-    slow = signals_of(recording, model.known, CROSSOVER_S).velocity_m_s
-    velocity = slow + oil - smooth(oil, width)
-    plain = signals_of(recording, model.known).velocity_m_s
-    velocity = share * velocity + (1.0 - share) * plain
-    return signals.with_(velocity_m_s=velocity, acceleration_m_s2=np.gradient(velocity) * rate)
-
-
-MOST_LATE, LEAST_EXPLAINED = 2.0, 0.1
-"""Samples by which a recorder's order of command and sensors may differ from the usual one, and the
-share that this has to explain of what oil and encoder differ by."""
-
-
-def _late_samples(as_usual: Array, one_late: Array) -> float:
-    """By how many samples the valve follows its command later than usual: least squares between
-    oil and encoder, from what they differ by with none and with one.
-    """
-    slope = one_late - as_usual
-    power, along = float(slope @ slope), float(as_usual @ slope)
-    if along**2 <= LEAST_EXPLAINED * power * float(as_usual @ as_usual):
-        return 0.0
-    return float(np.clip(-along / power, -MOST_LATE, MOST_LATE))
-
-
 SLIDING_M_S, SLIDING_S = 4e-4, 0.05
 """A piston that goes on faster than this in one direction for longer slides, though slowly:
 friction's side is known. (A quick reversal is slow for a moment too, but does not slide.)"""
 FUSED_MARGIN_S = 0.002
-FUSED_WIDTH_S = 0.002
-"""The same, and the smoothing of every channel, where the oil tells the quick part of the
-velocity.
-"""
+"""MARGIN_S where the oil tells the quick part of the velocity."""
 QUICK_WIDTH_S = 0.0015
 QUICK_FUSED_WIDTH_S, QUICK_OUTPUT_WIDTH_S = 0.001, 0.0005
 QUICK_TRAVEL_M = 0.0
