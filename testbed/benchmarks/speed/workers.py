@@ -18,18 +18,21 @@ from testbed.benchmarks.speed.bench import DRILL
 from testbed.errors import InputError
 from testbed.report.page import Table
 
-ROUNDS, STEPS = 7, 100
+ROUNDS, SECONDS = 7, 2.5
 SETTLING_STEPS = 50
 """Steps before the first round."""
+STEPS_MS = (20, 50)
+"""Simulated time of an environment's step: a short one, and one of most decisions."""
 LONG_S = 3600.0
 """Of an episode, so that no worker begins anew while it is timed."""
 
 
 def worker_speeds(
-    counts: Sequence[int], rounds: int = ROUNDS, steps: int = STEPS, name: str = DRILL
+    counts: Sequence[int], rounds: int = ROUNDS, seconds: float = SECONDS
 ) -> list[dict[str, Any]]:
-    """Per count of workers: steps a second of all together, `times_one` what that is of one
-    worker's in the same round (medians over rounds), and `share` of what as many cores would make.
+    """Of the environment that drills, per length of a step and count of workers: steps a second of
+    all together, `times_one` what that is of one worker's in the same round (medians over rounds),
+    and `share` of what as many cores would make. `seconds`: simulated time of a round.
 
     Raises InputError for less than one worker.
     """
@@ -37,7 +40,14 @@ def worker_speeds(
         if count < 1:
             raise InputError("too few", field="--workers", value=count, allowed="1 or more")
     kinds = sorted({1, *counts})
-    teams = {count: _Team(count, name) for count in kinds}
+    rows = []
+    for step_ms in STEPS_MS:
+        rows += _of_steps(step_ms, kinds, rounds, round(1e3 * seconds / step_ms))
+    return rows
+
+
+def _of_steps(step_ms: int, kinds: Sequence[int], rounds: int, steps: int) -> list[dict[str, Any]]:
+    teams = {count: _Team(count, step_ms) for count in kinds}
     try:
         rates: dict[int, list[float]] = {count: [] for count in kinds}
         for _ in range(rounds):
@@ -46,7 +56,7 @@ def worker_speeds(
     finally:
         for team in teams.values():
             team.close()
-    return [_row(count, rates[count], rates[1]) for count in kinds]
+    return [{"step_ms": step_ms} | _row(count, rates[count], rates[1]) for count in kinds]
 
 
 def workers_table(found: Sequence[dict[str, Any]]) -> Table:
@@ -69,10 +79,10 @@ def _row(count: int, rates: Sequence[float], alone: Sequence[float]) -> dict[str
 class _Team:
     """So many environments, each in a process of its own, that hold still."""
 
-    def __init__(self, count: int, name: str) -> None:
+    def __init__(self, count: int, step_ms: int) -> None:
         from testbed import envs
 
-        self._envs = envs.make_in_processes(name, count, duration_s=LONG_S)
+        self._envs = envs.make_in_processes(DRILL, count, duration_s=LONG_S, step_ms=step_ms)
         self._still = np.zeros(self._envs.action_space.shape or (count,), dtype=np.float32)
         self._count = count
         self._envs.reset(seed=0)
