@@ -80,8 +80,6 @@ class _BodyPlan:
     """Planned wrench margin."""
     reached_m: float
     """How far along its way that brings the body."""
-    shift_m: float
-    """How far the next shift goes along the way."""
 
 
 class WalkPlan:
@@ -108,9 +106,8 @@ class WalkPlan:
         self._style = STYLES[task.gait]
         self.haste = 1.0
         """What somebody wants of it beyond the gait's own; see Pace."""
-        self._behind_m = self._reached_m = self._shift_m = 0.0
-        """How far the body is behind its plan, how far along its way the last group brings it, and
-        how far the shift after that goes.
+        self._behind_m = self._reached_m = 0.0
+        """How far the body is behind its plan, and how far along its way the last group brings it.
         """
         self._creep_share = 1.0
         """Share of its usual way while legs swing that spares the ropes' devices."""
@@ -191,7 +188,7 @@ class WalkPlan:
         """
         plan = self._body_plan(group, feet, body, middle)
         self.margins_n.append(plan.margin_n)
-        self._reached_m, self._shift_m = plan.reached_m, plan.shift_m
+        self._reached_m = plan.reached_m
         self._spare_the_ropes(body, plan.goal)
         phases = [self._shift(feet, body, plan.goal)]
         feet, each = feet.copy(), plan.creep / len(group)
@@ -224,15 +221,13 @@ class WalkPlan:
         ]
         reached_m = along_m + 0.5 * creep_m
         start_m = max(along_m - 0.5 * creep_m, min(self._reached_m, reached_m))
-        further_m = along_m + part_m - 0.5 * creep_m - start_m
+        further = (along_m + part_m - 0.5 * creep_m - start_m) * self.ahead
         creep = (reached_m - start_m) * self.ahead
         start = middle + (start_m - along_m) * self.ahead
         tensions, directions = self._ropes.wanted_n(body), self._ropes.directions(body)
-        further = further_m * self.ahead
         swings = Swings(self._side(group), feet, places, further, creep, tensions, directions)
         goal, margin_n = self._goal(start, swings)
-        shift_m = along_m + part_m - 0.5 * creep_m - reached_m
-        return _BodyPlan(places, goal, creep, margin_n, reached_m, shift_m)
+        return _BodyPlan(places, goal, creep, margin_n, reached_m)
 
     def _spare_the_ropes(self, body: Array, goal: Array) -> None:
         """Let more of the body's way be made in shifts from now on if the one to `goal` (3) pays a
@@ -250,16 +245,13 @@ class WalkPlan:
     @property
     def creep(self) -> float:
         """Share of its way that the body makes while legs swing."""
-        return self._creep_share * self._usual_creep
-
-    @property
-    def _usual_creep(self) -> float:
-        """The same, for ropes that haul all the time."""
-        return self._style.creep * (self._gentle if self._style.flows else 1.0)
+        usual = self._style.creep * (self._gentle if self._style.flows else 1.0)
+        return self._creep_share * usual
 
     def shifts_m(self, left: Array) -> float:
         """How far the body goes along its way until the next shift is over, `left` (3) included."""
-        return float(self.ahead @ left) + self._shift_m
+        part_m = self.stride.length_m * self._group_size / len(LEGS)
+        return float(self.ahead @ left) + (1.0 - self.creep) * part_m
 
     @property
     def enough(self) -> float:
