@@ -34,6 +34,10 @@ def test_the_ground_is_sought_in_proportion_to_what_the_feet_carry() -> None:
     assert steep.speed_m_s(0.0, plane, hasty) == steep.speed_m_s(0.0, plane, usual), (
         "where it is met at once a touch is as soft"
     )
+    reckless = Haste(near=9.0, far=1.5)
+    assert steep.speed_m_s(0.0, rough, reckless) == steep.speed_m_s(0.061, rough, reckless), (
+        "no faster than far above it"
+    )
     known = ExpectedGround(height_m=-0.4, steps_m=0.02)
     assert steep.first_m(known) == pytest.approx(-0.37)
     assert steep.first_m(known, 0.5) == pytest.approx(-0.38)

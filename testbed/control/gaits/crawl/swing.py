@@ -61,8 +61,9 @@ class Haste:
     """So many times as fast as usual the ground is sought."""
 
     near: float = 1.0
-    """Where it may be met, if it may lie higher than expected: before it is, friction has turned
-    over in the leg, and a smaller rise of the load tells the touch.
+    """Where it may be met, if it may lie higher than expected, but no faster than far above it:
+    before it is met, friction has turned over in the leg, and a smaller rise of the load tells the
+    touch.
     """
     far: float = 1.0
     """Far above the expected ground."""
@@ -105,9 +106,12 @@ class GroundSearch:
 
     def speed_m_s(self, height_m: float, ground: ExpectedGround, haste: Haste) -> float:
         """How fast the foot may come down at a height."""
+        far_m_s = haste.far * self._far_m_s
         if height_m > ground.height_m + (self._above_m + FAR_SHARE * ground.steps_m):
-            return haste.far * self._far_m_s
-        return haste.near * self._near_m_s if ground.steps_m > 0.0 else self._near_m_s
+            return far_m_s
+        if ground.steps_m > 0.0:
+            return min(haste.near * self._near_m_s, far_m_s)
+        return self._near_m_s
 
     def lowest_m(self, ground: ExpectedGround) -> float:
         """Where the search ends."""
