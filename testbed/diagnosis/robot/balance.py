@@ -190,7 +190,7 @@ class OtherSigns:
             "oil_by_deadband": "by_wide_deadband",
             "oil_by_air": "by_air",
             "oil_by_hose": "by_hose",
-            "oil_by_reading": "by_reading",
+            "oil_by_reading": "by_wrong_reading",
             "oil_by_lateness": "by_lateness",
         }
         return {
