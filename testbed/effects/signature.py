@@ -48,6 +48,8 @@ class RobotSeen:
     """(n, 12) mean change over each bin, Pa/s."""
     pressure_b_rate: Array
     """(n, 12) likewise of chambers B."""
+    pressure_range_pa: Array
+    """(12,) up to which their sensors read."""
     area_a_m2: Array
     """(12,) of the pistons."""
     area_b_m2: Array
@@ -163,6 +165,17 @@ class RobotSeen:
         flow = np.zeros((self.bins, 2))
         flow[:, chamber] = self.oil_by_reading[:, axis, chamber] * more_pa
         return Change(force={axis: area * more_pa}, oil={axis: flow})
+
+    def both_read(self, axis: int, more_pa: Array) -> Change:
+        """The change by both sensors of a cylinder, A and B, that read (n, 2) Pa too much."""
+        a, b = (self.reads(axis, chamber, more_pa[:, chamber]) for chamber in range(2))
+        return Change(
+            force={axis: a.force[axis] + b.force[axis]}, oil={axis: a.oil[axis] + b.oil[axis]}
+        )
+
+    def pressures_pa(self, axis: int) -> Array:
+        """(n, 2) what both sensors of a cylinder read, A and B."""
+        return np.column_stack([self.pressure_a_pa[:, axis], self.pressure_b_pa[:, axis]])
 
     def later(self, axis: int, chamber: int, by_s: float) -> Array:
         """(n,) Pa, mean pressure of A (0) or B (1) over bins that lie `by_s` later; after the

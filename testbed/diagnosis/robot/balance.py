@@ -126,6 +126,7 @@ def balance_of(
         pressure_b_pa=bins.pressure_b_pa,
         pressure_a_rate=bins.pressure_a_rate,
         pressure_b_rate=bins.pressure_b_rate,
+        pressure_range_pa=np.array([a.sensor.pressure_range_pa for a in machine.axes.values()]),
         area_a_m2=area_a,
         area_b_m2=area_b,
         stroke_m=robot.linkages.stroke_m,
