@@ -213,7 +213,7 @@ class RobotSeen:
         assert weight.wrench is not None
         pulls = self.tension_n[:, :, None] * self.rope_way
         ropes = sum(at_point(-np.cross(about, pulls[:, r]), self.rope_point_m[r]) for r in (0, 1))
-        return Change(force=weight.force, wrench=weight.wrench + ropes)
+        return Change(force=weight.force, wrench=weight.wrench + ropes, unit_turned=about)
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,13 +240,17 @@ class Change:
     """(n, 4, 3) by which the feet seem to stand elsewhere, body frame, m."""
     supply: Array | None = None
     """(n,) by which the believed supply pressure is above the measured one, Pa."""
+    unit_turned: Array | None = None
+    """(3,) rad, by which roll, pitch and yaw read too much."""
     ropes: float = 0.0
     """By which held ropes seem stiffer, share of what is declared."""
 
     def times(self, factor: float) -> Change:
         """The change by so many units."""
-        given = (self.wrench, self.balance, self.feet, self.supply)
-        wrench, balance, feet, supply = (None if one is None else factor * one for one in given)
+        given = (self.wrench, self.balance, self.feet, self.supply, self.unit_turned)
+        wrench, balance, feet, supply, turned = (
+            None if one is None else factor * one for one in given
+        )
         return Change(
             force={axis: factor * force for axis, force in self.force.items()},
             wrench=wrench,
@@ -255,6 +259,7 @@ class Change:
             balance=balance,
             feet=feet,
             supply=supply,
+            unit_turned=turned,
             ropes=factor * self.ropes,
         )
 
