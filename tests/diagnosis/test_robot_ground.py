@@ -76,7 +76,7 @@ def test_an_encoder_that_lets_one_foot_seem_lower_tips_the_ground_by_half_of_it(
     lower[:, 0, 2] = -1.0
     pitch, roll = ground().rows_of(Change(feet=lower))[:2]
     assert pitch == pytest.approx(0.25, rel=0.01)
-    assert roll == pytest.approx(-0.5 / 1.6, rel=0.01)
+    assert roll == pytest.approx(0.5 / 1.6, rel=0.01)
 
 
 def test_what_was_there_before_is_taken_off_and_what_the_unit_reads_now_is_left() -> None:
