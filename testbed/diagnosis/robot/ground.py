@@ -26,10 +26,11 @@ from testbed.robot.model import rotation_from_attitude
 Array = npt.NDArray[np.float64]
 CARRIES = 0.99
 """A foot stands in a bin of which it is meant to carry this share."""
-WHITE_RAD = 3.0e-4
-"""Noise of the mean of a piece: rounding of encoders, the unit's noise (E)."""
 UNEVEN_RAD = 5.0e-3
-"""By how much ground differs in steepness between standing places: 10 mm over two metres (E)."""
+"""By how much ground differs in steepness between standing places, 10 mm over two metres: from one
+recording to the other, and as much from piece to piece. How the feet's plane turns within a
+recording is the places of the feet's to tell, which must not count twice (E).
+"""
 ANY_RAD = 1.0
 """How steep it may be where nobody was before."""
 SAME_WAY = 1.0e-6
@@ -62,7 +63,7 @@ class Ground(RawGroup):
         uneven = float(np.linalg.norm([UNEVEN_RAD, self.scatter_rad, sound.scatter_rad]))
         pieces = len(self.missing) // 2
         lasting = alike(pieces, uneven)
-        noise = WHITE_RAD**2 * np.eye(2 * pieces) + lasting
+        noise = uneven**2 * np.eye(2 * pieces) + lasting
         return replace(
             self, missing=self.missing - np.tile(was, pieces), noise=noise, lasting=lasting
         )
@@ -106,7 +107,7 @@ def group_of(balance: BodyBalance, bins: Bins, ropes_in_world: Array) -> Ground 
     return Ground(
         missing=np.concatenate(slopes),
         time_s=np.repeat([bins.time_s[k] for k in middles], 2),
-        noise=WHITE_RAD**2 * np.eye(2 * len(pieces)) + alike(len(pieces), ANY_RAD),
+        noise=UNEVEN_RAD**2 * np.eye(2 * len(pieces)) + alike(len(pieces), ANY_RAD),
         tolerated=np.zeros((2 * len(pieces), 1)),
         rows_of=means,
         ropes_in_world=ropes_in_world,
