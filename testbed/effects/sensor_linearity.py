@@ -6,6 +6,7 @@ from typing import Any
 
 from testbed.effects.base import Effect
 from testbed.effects.parameter_spec import ParameterSpec
+from testbed.effects.signature import RobotSeen, Signature
 
 
 def bowed(pressure_pa: Any, range_pa: float) -> Any:
@@ -23,10 +24,19 @@ class Linearity(Effect):
     parameters = (
         ParameterSpec("bow", "Pa", -1e6, 1e6, (-2.5e4, 2.5e4), "error in the middle of the range"),
     )
+    is_tolerance = True
     rigs = ()
     telling_motion = "press at rising loads up to the whole range"
     alike = {"sensor.gain_a": "a gain error goes on growing with the pressure"}
     hides = {"bow": "bow_pa"}
+    usual = 4.0e5
+    """A bow beyond a data sheet's is far beyond, as for zeros."""
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """What both sensors read too much by a bow, at the pressures that they read."""
+        axis = seen.axis(place)
+        pressures, range_pa = seen.pressures_pa(axis), float(seen.pressure_range_pa[axis])
+        return {"bow": seen.both_read(axis, bowed(pressures, range_pa))}
 
 
 EFFECTS = (Linearity(),)

@@ -48,6 +48,8 @@ class RobotSeen:
     """(n, 12) mean change over each bin, Pa/s."""
     pressure_b_rate: Array
     """(n, 12) likewise of chambers B."""
+    pressure_range_pa: Array
+    """(12,) up to which their sensors read."""
     area_a_m2: Array
     """(12,) of the pistons."""
     area_b_m2: Array
@@ -164,6 +166,17 @@ class RobotSeen:
         flow[:, chamber] = self.oil_by_reading[:, axis, chamber] * more_pa
         return Change(force={axis: area * more_pa}, oil={axis: flow})
 
+    def both_read(self, axis: int, more_pa: Array) -> Change:
+        """The change by both sensors of a cylinder, A and B, that read (n, 2) Pa too much."""
+        a, b = (self.reads(axis, chamber, more_pa[:, chamber]) for chamber in range(2))
+        return Change(
+            force={axis: a.force[axis] + b.force[axis]}, oil={axis: a.oil[axis] + b.oil[axis]}
+        )
+
+    def pressures_pa(self, axis: int) -> Array:
+        """(n, 2) what both sensors of a cylinder read, A and B."""
+        return np.column_stack([self.pressure_a_pa[:, axis], self.pressure_b_pa[:, axis]])
+
     def later(self, axis: int, chamber: int, by_s: float) -> Array:
         """(n,) Pa, mean pressure of A (0) or B (1) over bins that lie `by_s` later; after the
         recording's end it stays.
@@ -200,7 +213,7 @@ class RobotSeen:
         assert weight.wrench is not None
         pulls = self.tension_n[:, :, None] * self.rope_way
         ropes = sum(at_point(-np.cross(about, pulls[:, r]), self.rope_point_m[r]) for r in (0, 1))
-        return Change(force=weight.force, wrench=weight.wrench + ropes)
+        return Change(force=weight.force, wrench=weight.wrench + ropes, unit_turned=about)
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,13 +240,17 @@ class Change:
     """(n, 4, 3) by which the feet seem to stand elsewhere, body frame, m."""
     supply: Array | None = None
     """(n,) by which the believed supply pressure is above the measured one, Pa."""
+    unit_turned: Array | None = None
+    """(3,) rad, by which roll, pitch and yaw read too much."""
     ropes: float = 0.0
     """By which held ropes seem stiffer, share of what is declared."""
 
     def times(self, factor: float) -> Change:
         """The change by so many units."""
-        given = (self.wrench, self.balance, self.feet, self.supply)
-        wrench, balance, feet, supply = (None if one is None else factor * one for one in given)
+        given = (self.wrench, self.balance, self.feet, self.supply, self.unit_turned)
+        wrench, balance, feet, supply, turned = (
+            None if one is None else factor * one for one in given
+        )
         return Change(
             force={axis: factor * force for axis, force in self.force.items()},
             wrench=wrench,
@@ -242,6 +259,7 @@ class Change:
             balance=balance,
             feet=feet,
             supply=supply,
+            unit_turned=turned,
             ropes=factor * self.ropes,
         )
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from testbed.diagnosis.robot.diagnose import LEARNT_SHARE, RobotDiagnosis
 from testbed.diagnosis.robot.findings import as_json, spoken
-from testbed.diagnosis.robot.groups import FORCES, LINE, ROPES
+from testbed.diagnosis.robot.groups import FORCES, GROUND, LINE, ROPES
 from testbed.effects import by_name
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
@@ -78,6 +78,7 @@ def _rows(diagnosis: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
         "feet": ("mm", 1e3),
         "supply": ("bar", 1e-5),
         ROPES: ("1", 1.0),
+        GROUND: ("mrad", 1e3),
     }
     out = []
     for group, row in diagnosis.errors.items():

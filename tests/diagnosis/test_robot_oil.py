@@ -9,8 +9,10 @@ import numpy.typing as npt
 import pytest
 
 from testbed.diagnosis.robot.bins import Frame, bins_of
-from testbed.diagnosis.robot.oil import Oil, oil_of
+from testbed.diagnosis.robot.oil import WRONG_PA, Oil, oil_of
 from testbed.diagnosis.robot.oil_evidence import SEEPS_M3_S, expected, tolerated
+from testbed.diagnosis.robot.valve_edges import root
+from testbed.laws.holding import NO_HOLDING
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER
@@ -22,7 +24,7 @@ WARM_DEGC = 40.0
 """At which leakages are declared."""
 
 
-def held_still(command: float, **valve: float) -> Oil:
+def held_still(command: float, pressure_a_pa: float = PRESSURE_A_PA, **valve: float) -> Oil:
     """The first cylinder's oil while its valve is held at `command`, pressures and joints still;
     `valve`: numbers of all valves.
     """
@@ -30,7 +32,7 @@ def held_still(command: float, **valve: float) -> Oil:
     data = {"t": t, "supply_pressure": 0 * t + 9e6, "oil_temperature": 0 * t + WARM_DEGC}
     for axis in AXES:
         data[f"position_{axis}"] = 0 * t + (0.0 if axis.endswith("rotation") else 0.2)
-        data[f"pressure_a_{axis}"] = 0 * t + PRESSURE_A_PA
+        data[f"pressure_a_{axis}"] = 0 * t + pressure_a_pa
         data[f"pressure_b_{axis}"] = 0 * t + PRESSURE_B_PA
         data[f"valve_{axis}"] = 0 * t + command
     for side in ("left", "right"):
@@ -70,6 +72,23 @@ def test_a_counterbalance_valve_lets_out_what_own_and_other_pressure_open_it_for
     checked = held_still(-0.3)
     assert held.to_tank[:, 0] == pytest.approx(share * checked.to_tank[:, 0])
     assert np.all(checked.to_tank[:, 0] < 0.0)
+
+
+@pytest.mark.parametrize("drop_pa", [1e3, 3e4, 2.8e6])
+def test_a_sensor_that_reads_wrong_tells_another_root_and_not_the_slope_at_what_it_reads(
+    drop_pa: float,
+) -> None:
+    tank_pa = build_machine().power_unit.tank_pressure_pa
+    oil = held_still(-0.3, tank_pa + drop_pa, holding_a=NO_HOLDING)
+    more, less, read = root(np.array([drop_pa + WRONG_PA, drop_pa - WRONG_PA, drop_pa]))
+    told = oil.by_wrong_reading[:, 0] * read / oil.to_tank[:, 0]
+    assert told == pytest.approx(0.5 * (more - less) / WRONG_PA, rel=1e-6)
+
+
+def test_the_slope_at_no_drop_says_many_times_what_a_wrong_reading_makes() -> None:
+    tank_pa = build_machine().power_unit.tank_pressure_pa
+    oil = held_still(-0.3, tank_pa, holding_a=NO_HOLDING)
+    assert np.all(oil.by_reading[:, 0] / oil.by_wrong_reading[:, 0] > 3.0)
 
 
 def test_sound_machines_have_the_air_of_workshops_not_of_the_drawing() -> None:

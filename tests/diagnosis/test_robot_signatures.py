@@ -18,6 +18,8 @@ from testbed.diagnosis.robot.hauling import Hauling
 from testbed.diagnosis.robot.oil import oil_of
 from testbed.diagnosis.robot.supply import supply_of
 from testbed.effects import by_name
+from testbed.effects.sensor_hysteresis import TURNED_PA, sense_of_reading
+from testbed.effects.sensor_linearity import bowed
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER
@@ -114,6 +116,33 @@ def test_a_pressure_gain_adds_its_share_of_the_piston_force() -> None:
     assert close(
         missed(balanced(data)), predicted("sensor.gain_a", "fr_radial", gain_error=0.01), 0.05
     )
+
+
+def test_a_bow_of_both_sensors_adds_what_they_read_too_much_in_the_middle_of_their_range() -> None:
+    data, bow_pa = dict(recorded()), 5e4
+    range_pa = build_machine().axes["fr_radial"].sensor.pressure_range_pa
+    for name in ("pressure_a_fr_radial", "pressure_b_fr_radial"):
+        data[name] = data[name] + bow_pa * bowed(data[name], range_pa)
+    assert close(
+        missed(balanced(data)), predicted("sensor.linearity", "fr_radial", bow=bow_pa), 0.05
+    )
+
+
+def test_sensors_that_stick_read_too_little_on_the_way_up_and_too_much_on_the_way_down() -> None:
+    rises = np.concatenate([np.linspace(1e6, 3e6, 20), np.linspace(3e6, 1e6, 20)])
+    sense = sense_of_reading(rises, TURNED_PA)
+    assert sense[0] == 0.0
+    assert sense[1:20] == pytest.approx(1.0) and sense[21:] == pytest.approx(-1.0)
+    noisy = 2e6 + 0.5 * TURNED_PA * np.sin(np.arange(50.0))
+    assert np.abs(sense_of_reading(noisy, TURNED_PA)).max() < 1.0
+
+
+def test_a_loop_of_both_sensors_adds_its_half_width_against_the_way_they_came() -> None:
+    change = by_name("sensor.hysteresis").signature(sound().seen, "fr_radial")["width"]
+    seen, i = sound().seen, AXES.index("fr_radial")
+    up_a, up_b = (np.sign(rate[:, i]) for rate in (seen.pressure_a_rate, seen.pressure_b_rate))
+    told = -(seen.area_a_m2[i] * up_a - seen.area_b_m2[i] * up_b)
+    assert np.mean(np.isclose(change.force[i], told)) > 0.7  # but where one begins or turns
 
 
 def test_a_drift_grows_with_time_from_the_start() -> None:

@@ -55,6 +55,7 @@ def test_so_many_units_change_everything_by_as_much() -> None:
         line={2: rng.normal(size=2)},
         feet=rng.normal(size=(4, 4, 3)),
         supply=rng.normal(size=4),
+        unit_turned=rng.normal(size=3),
     )
     three = one.times(3.0)
     for field in fields(Change):

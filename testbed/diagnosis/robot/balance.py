@@ -126,6 +126,7 @@ def balance_of(
         pressure_b_pa=bins.pressure_b_pa,
         pressure_a_rate=bins.pressure_a_rate,
         pressure_b_rate=bins.pressure_b_rate,
+        pressure_range_pa=np.array([a.sensor.pressure_range_pa for a in machine.axes.values()]),
         area_a_m2=area_a,
         area_b_m2=area_b,
         stroke_m=robot.linkages.stroke_m,
@@ -190,7 +191,7 @@ class OtherSigns:
             "oil_by_deadband": "by_wide_deadband",
             "oil_by_air": "by_air",
             "oil_by_hose": "by_hose",
-            "oil_by_reading": "by_reading",
+            "oil_by_reading": "by_wrong_reading",
             "oil_by_lateness": "by_lateness",
         }
         return {

@@ -8,7 +8,7 @@ from typing import Any
 
 from testbed.diagnosis.leg.findings import FORMAT, LEAST_PROBABILITY
 from testbed.diagnosis.robot.diagnose import RobotDiagnosis
-from testbed.diagnosis.robot.groups import FORCES, LINE, ROPES
+from testbed.diagnosis.robot.groups import FORCES, GROUND, LINE, ROPES
 from testbed.diagnosis.robot.parameters import Found
 from testbed.effects import by_name, kind_of, place_of
 from testbed.formats.files import make_folder, write_json
@@ -19,6 +19,7 @@ QUANTITIES = {
     "feet": "foot_place_m",
     "supply": "supply_pa",
     ROPES: "rope_stiffness_share",
+    GROUND: "ground_rad",
 }
 """Group -> how its error is called; the oil's are `flow_m3_s`, the lines' `force_n`."""
 NOT_BELIEVED = "what was found foretells the forces kept back worse than refitted tolerances do"

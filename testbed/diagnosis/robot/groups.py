@@ -1,8 +1,8 @@
 """All balances of a recording, divided by their noise: what every hypothesis is held against.
 
 Groups: `forces` (the body's six balances and the swinging feet's), `oil <axis>` (two chambers),
-`feet` (places of standing feet), `supply` and, where they show, `ropes`. Groups are taken as
-independent of each other.
+`feet` (places of standing feet), `supply` and, where they show, `ropes`; beside an earlier
+recording `ground` (how steep it seems). Groups are taken as independent of each other.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot import feet, forces, oil_evidence
+from testbed.diagnosis.robot import feet, forces, ground, oil_evidence
 from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.evidence import RawGroup, Whitened
@@ -31,7 +31,7 @@ from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
-FORCES, LINE, ROPES = "forces", "line", "ropes"
+FORCES, LINE, ROPES, GROUND = "forces", "line", "ropes", "ground"
 MOST_NUMBERS = 4
 """An effect with more numbers has a course in time."""
 
@@ -102,8 +102,7 @@ def balances_of(
     bins, body, raw = raw_groups(data, robot, ropes_in_world, beside)
     found = {c.name: c for c in _candidates(body, robot.machine.scale)}
     raw = {key: _without(group, granted, found) for key, group in raw.items()}
-    if sound is not None:
-        raw = {k: g.knowing(sound[k]) if k in sound else g for k, g in raw.items()}
+    raw = _beside(raw, sound or {})
     signatures = {name: candidate.signature for name, candidate in found.items()}
     groups = {key: group.whitened(signatures) for key, group in raw.items()}
     return Balances(bins, body, raw, groups, found)
@@ -138,6 +137,9 @@ def raw_groups(
     }
     if other.ropes.shown:
         raw[ROPES] = other.ropes.group()
+    stood = ground.group_of(body, bins, ropes_in_world)
+    if stood is not None:
+        raw[GROUND] = stood
     for i in range(len(AXES)):
         raw[f"oil {AXES[i]}"] = oil_evidence.group_of(oils[i], i, machine, bins.time_s)
         raw[f"{LINE} {AXES[i]}"] = lines[i].group(i, machine.scale)
@@ -151,6 +153,15 @@ def _candidates(body: BodyBalance, scale: Scale) -> list[Candidate]:
     )
     found = (Candidate(e, place, e.signature(body.seen, place), scale) for e, place in placed)
     return [candidate for candidate in found if candidate.signature]
+
+
+def _beside(raw: Mapping[str, RawGroup], sound: Mapping[str, RawGroup]) -> dict[str, RawGroup]:
+    """The groups with what those of an earlier recording leave of them; the ground's where that is
+    from the same place alone.
+    """
+    elsewhere = not ground.is_same_place(raw.get(GROUND), sound.get(GROUND))
+    kept = {k: group for k, group in raw.items() if k != GROUND or not elsewhere}
+    return {k: g.knowing(sound[k]) if k in sound else g for k, g in kept.items()}
 
 
 def _without(

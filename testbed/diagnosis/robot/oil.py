@@ -37,6 +37,8 @@ HYSTERESIS_SDS = 1.5
 """By so many standard deviations of its hysteresis a valve is tried (E)."""
 STEP, READING_STEP_PA = 1e-3, 2.0e4
 """Steps of the spool (1: its travel) and of pressures by which derivatives are taken."""
+WRONG_PA = 3.0e5
+"""A sensor that reads wrong, beside the declared one: by as much as is looked for."""
 WIDE = 0.05
 """A wide overlap, beside the declared one: of the size that is looked for."""
 
@@ -68,6 +70,10 @@ class Oil:
     """
     by_reading: Array
     """By sensors that read 1 Pa too much."""
+    by_wrong_reading: Array
+    """The same, were they as ones that read WRONG_PA too much or too little: flows go with the root
+    of a drop, which near no drop is far from straight.
+    """
     void: Array
     """How surely a chamber is not full of oil, 0 to 1: nobody knows what flows then."""
     compressed: Array
@@ -135,6 +141,8 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_spool=-valve.flow(spool=STEP).less(flow) / STEP,
         by_pressure=_by_pressure(valve, oil.pressure_pa > bins.supply_pa[:, None]),
         by_reading=by_reading,
+        by_wrong_reading=valve.flow(more_pa=WRONG_PA).less(valve.flow(more_pa=-WRONG_PA))
+        / (2.0 * WRONG_PA),
         by_lateness=oil.takes_up_m3_pa * oil.quickens - by_reading * oil.rise_pa_s,
         compressed=np.abs(compressed),
         void=np.clip(1.0 - (oil.pressure_pa - VOID_PA) / FULL_PA, 0.0, 1.0),

@@ -1,0 +1,97 @@
+"""How steep the ground seems: by feet and inertial unit, beside an earlier recording from there."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from testbed.diagnosis.robot.ground import (
+    PIECE_S,
+    UNEVEN_RAD,
+    Ground,
+    group_of,
+    is_same_place,
+    steepness,
+)
+from testbed.effects.signature import Change
+from testbed.machine.names import LEGS
+
+Array = npt.NDArray[np.float64]
+FEET_M = np.array([[1.0, 0.8, -1.0], [1.0, -0.8, -1.0], [-1.0, 0.8, -1.0], [-1.0, -0.8, -1.0]])
+ROPES = np.array([[0.9, 0.2, 0.39], [0.9, -0.2, 0.39]])
+SLOPE_RAD = -0.7
+BINS = 60
+
+
+def stood(
+    roll: float = 0.0,
+    pitch: float = SLOPE_RAD,
+    feet_m: Array = FEET_M,
+    ropes: Array = ROPES,
+    pull_n: float = 1e4,
+) -> Ground | None:
+    """The ground of a recording of six seconds in which the body stands still."""
+    seen = SimpleNamespace(
+        foot_m=np.tile(feet_m, (BINS, 1, 1)), tension_n=np.full((BINS, 2), pull_n)
+    )
+    bins = SimpleNamespace(
+        time_s=0.1 * np.arange(BINS),
+        carrying=np.ones((BINS, len(LEGS))),
+        attitude_rad=np.tile([roll, pitch, 0.0], (BINS, 1)),
+    )
+    balance = SimpleNamespace(seen=seen, foot_force=np.full((BINS, len(LEGS), 3), 5e3))
+    return group_of(cast(Any, balance), cast(Any, bins), ropes)
+
+
+def ground(**given: Any) -> Ground:
+    """The same, of one that has a ground."""
+    found = stood(**given)
+    assert found is not None
+    return found
+
+
+def test_level_feet_lie_as_the_body_does() -> None:
+    assert steepness(FEET_M, np.array([0.0, SLOPE_RAD, 0.0])) == pytest.approx([SLOPE_RAD, 0.0])
+    assert steepness(FEET_M, np.array([0.1, 0.0, 0.0])) == pytest.approx([0.0, -0.1])
+
+
+def test_feet_that_reach_further_down_in_front_stand_on_ground_that_falls_off_there() -> None:
+    ahead = FEET_M - np.array([0.0, 0.0, 0.1]) * (FEET_M[:, :1] > 0.0)
+    assert steepness(ahead, np.zeros(3)) == pytest.approx([np.arctan2(0.1, 2.0), 0.0])
+
+
+def test_a_unit_that_sits_askew_turns_the_ground_by_as_much() -> None:
+    pitched = Change(unit_turned=np.array([0.0, 1.0, 0.0]))
+    pieces = round(0.1 * BINS / PIECE_S)
+    assert ground().rows_of(pitched) == pytest.approx(np.tile([1.0, 0.0], pieces), abs=1e-3)
+    assert ground().rows_of(Change()) == pytest.approx(0.0)
+
+
+def test_an_encoder_that_lets_one_foot_seem_lower_tips_the_ground_by_half_of_it() -> None:
+    lower = np.zeros((BINS, len(LEGS), 3))
+    lower[:, 0, 2] = -1.0
+    pitch, roll = ground().rows_of(Change(feet=lower))[:2]
+    assert pitch == pytest.approx(0.25, rel=0.01)
+    assert roll == pytest.approx(0.5 / 1.6, rel=0.01)
+
+
+def test_what_was_there_before_is_taken_off_and_what_the_unit_reads_now_is_left() -> None:
+    now, before = ground(pitch=SLOPE_RAD + 0.04), ground()
+    beside = now.knowing(before)
+    assert beside.missing[0::2] == pytest.approx(0.04)
+    assert beside.missing[1::2] == pytest.approx(0.0)
+    assert beside.lasting is not None and np.diag(beside.lasting) == pytest.approx(UNEVEN_RAD**2)
+
+
+def test_a_place_is_known_by_its_ropes() -> None:
+    assert is_same_place(ground(), ground())
+    assert not is_same_place(ground(), ground(ropes=ROPES + 0.01))
+    assert not is_same_place(ground(), None)
+
+
+def test_without_ropes_nothing_tells_one_place_from_another() -> None:
+    assert stood(pull_n=0.0) is None
