@@ -39,6 +39,11 @@ SURE = 0.95
 """An answer from which on, both ways, it is counted how often it is wrong."""
 RIDGE = 0.002
 """Weight of a squared weight against the mean loss of a rig."""
+SPEAKS_AGAINST = ("closed",)
+"""Signs that can only speak against a law without a name; all others can only speak for one. Signs
+that go together would else be set off against each other: that generic terms take most of the
+residual away spoke against such a law, as long as the residual itself spoke for it.
+"""
 
 
 def trial(seed: int) -> Trial:
@@ -147,8 +152,8 @@ def _rate(wrong: Sequence[bool]) -> float:
 
 
 def _regression(rows: Sequence[Mapping[str, float]], yes: Sequence[bool]) -> dict[str, float]:
-    """Weights of a logistic regression, signs in their own units; the constant `one` is not held
-    back.
+    """Weights of a logistic regression, signs in their own units, each in the sense in which it can
+    speak at all; the constant `one` is free and not held back.
     """
     from scipy.optimize import minimize
 
@@ -162,8 +167,16 @@ def _regression(rows: Sequence[Mapping[str, float]], yes: Sequence[bool]) -> dic
         fits = np.logaddexp(0.0, -sign * (features / size @ weights))
         return float(np.mean(fits) + RIDGE * np.sum(weights[held] ** 2) / len(names))
 
-    learnt = np.asarray(minimize(loss, np.zeros(len(names)), method="BFGS").x) / size
+    senses = [_sense(name) for name in names]
+    learnt = minimize(loss, np.zeros(len(names)), method="L-BFGS-B", bounds=senses).x / size
     return dict(zip(names, map(float, learnt), strict=True))
+
+
+def _sense(sign: str) -> tuple[float | None, float | None]:
+    """The least and the largest weight of a sign."""
+    if sign == "one":
+        return None, None
+    return (None, 0.0) if sign in SPEAKS_AGAINST else (0.0, None)
 
 
 def restated(trial: Trial, calibration: BenchCalibration) -> Trial:

@@ -45,7 +45,8 @@ class BenchSigns:
     `excess`: force residual over the sensors' floor, mean of the recordings' logarithms; `memory`:
     its correlation time, bins; `closed`: logarithm of the error of runs left out, by `identify`
     over with the names that are left;
-    `generic_gain`, `generic_fall`: what generic terms add to them; `gain`: theirs over the refit;
+    `generic_gain`, `generic_fall`: what generic terms add to them, where friction may differ from
+    run to run with and without these terms; `gain`: that of the names over the refit;
     `repeated`: least share of draws of one of them; `companion`: share by which a channel that
     rides along lowers what they leave;
     `shares`: set of names -> share of draws; `exchanged`: set in which a name is exchanged for one
@@ -116,14 +117,15 @@ def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> 
     """The signs of a finished search whose names have been tried."""
     shares = {tuple(sorted(names)): share for names, share in proof.won.items()}
     left = steady(state.problem, proof.kept.evidence, proof.kept.fit)
+    generic = steady(state.problem, found.generic.evidence, found.generic.fit)
     return BenchSigns(
         excess=float(np.log(excess_over(left, found.floors))),
         memory=memory_of(left),
         closed=float(
             np.log(overall(proof.run_errors["identify"]) / overall(proof.run_errors["after"]))
         ),
-        generic_gain=found.generic_gain,
-        generic_fall=found.generic_fall,
+        generic_gain=generic.gain_over(left, generic),
+        generic_fall=generic.largest_fall(left),
         gain=state.gain(proof.kept),
         repeated=min(proof.repeated.values(), default=0.0),
         companion=companion,
