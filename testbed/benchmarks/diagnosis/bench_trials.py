@@ -26,6 +26,7 @@ from testbed.diagnosis.leg.bench_probabilities import (
     distribution,
     signs,
 )
+from testbed.diagnosis.leg.bench_probabilities import calibration as shipped
 from testbed.diagnosis.leg.diagnose import diagnose
 from testbed.diagnosis.leg.probabilities import answer
 from testbed.formats.files import check_file, write_text
@@ -137,7 +138,7 @@ def fit(trials: Sequence[Trial]) -> BenchCalibration:
     stray = _rate([[trial["law"]] not in _said(trial) for trial in proven])
     told = [(answer(row, weights), there) for row, there in zip(rows, outside, strict=True)]
     sure = [(found > 0.5) != there for found, there in told if abs(found - 0.5) > SURE - 0.5]
-    return BenchCalibration(weights, stray, _rate(sure))
+    return BenchCalibration(weights, stray, _rate(sure), shipped().fading)
 
 
 def _said(trial: Trial) -> list[list[str]]:
@@ -225,6 +226,7 @@ def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
         "unnamed": rounded(numbers.unnamed),
         "stray": round(numbers.stray, 4),
         "lapse": round(numbers.lapse, 4),
+        "fading": dict(numbers.fading),
     }
     text = yaml_text(row)
     write_text(out, text)
