@@ -220,20 +220,17 @@ def _declaring(rig: Rig, mass_kg: float) -> Rig:
 
 
 def test_a_sign_speaks_in_its_own_sense_only() -> None:
-    """Of two signs that go together the larger one is no reason to doubt the other: the fit may
-    not set them off against each other.
+    """Generic terms that follow a little noise of sound rigs, and nothing of the others, are no
+    reason to take one that they explain by nine tenths for a sound one.
     """
-    rng = np.random.default_rng(5)
     rows = []
-    for k in range(40):
+    for k in range(24):
         outside = k % 2 == 0
-        excess = rng.uniform(1.0, 4.0) if outside else rng.uniform(0.0, 0.8)
-        fall = 0.9 if outside and excess < 1.5 else 0.3 * rng.uniform() if outside else 0.25
         told = _told("outside" if outside else "clean", law="cogging" if outside else "")
-        told["signs"] |= {"excess": excess, "generic_fall": fall}  # type: ignore[operator]
+        told["signs"] |= {"generic_fall": 0.0 if outside else 0.05}  # type: ignore[operator]
         rows.append(told)
     weights = fit(rows).unnamed
-    assert weights["closed"] <= 0.0
+    assert weights["closed"] <= 0.0 < weights["excess"]
     assert all(weights[name] >= 0.0 for name in weights if name not in ("one", "closed"))
 
 
