@@ -12,7 +12,7 @@ from synthetic_bench import bench
 
 from testbed.benchmarks.diagnosis.bench_laws import ON_A_DRIVE, Motion
 from testbed.benchmarks.diagnosis.bench_rigs import make_bench
-from testbed.benchmarks.diagnosis.bench_trials import left_out, right, trial
+from testbed.benchmarks.diagnosis.bench_trials import fit, left_out, right, trial
 from testbed.diagnosis.leg.base_models import declared, fit_base
 from testbed.diagnosis.leg.companions import companions
 from testbed.diagnosis.leg.diagnose import diagnose, nothing_lacking
@@ -56,6 +56,31 @@ def test_a_bore_that_is_off_within_its_tolerance_is_no_gain_of_a_sensor(zero_n: 
     assert [entry.name for entry in found.entries] == []
     used, nominal = found.models["refit"].known, rig.known
     assert used.area_a_m2 / nominal.area_a_m2 == pytest.approx(1.03, abs=3e-3)
+
+
+def test_a_rod_that_is_off_within_its_tolerance_is_no_law_without_a_name() -> None:
+    """A rod 1.5 % thicker than declared, its chamber's pressure swinging by 8 bar: the fit finds
+    it, and leaves no more than the sensors do.
+    """
+    recordings, known = bench(np.geomspace(0.004, 0.04, 5), area=1.0)
+    known = known.model_copy(update={"rod_m": 0.6 * known.bore_m})
+    thick_m2 = known.area_a_m2 - 0.25 * np.pi * (1.015 * 0.6 * known.bore_m) ** 2
+    two_sided = []
+    for recording in recordings:
+        pressure_pa = 1e6 + 8e5 * np.sin(2.0 * recording.time_s)
+        reference = recording.reference_force_n
+        assert reference is not None
+        two_sided.append(
+            replace(
+                recording,
+                header=recording.header.model_copy(update={"known": known}),
+                pressure_b_pa=pressure_pa,
+                reference_force_n=reference - thick_m2 * pressure_pa,
+            )
+        )
+    base = declared(Rig("bench", Path(), tuple(two_sided), ()))
+    fit, _ = fit_base(Problem(series_of(two_sided, known), base, False))
+    assert fit.at.off["rod_m"] == pytest.approx(0.015, abs=2e-3)
 
 
 @pytest.mark.parametrize("zero_n", [25.0, 3000.0])
@@ -192,6 +217,21 @@ def _declaring(rig: Rig, mass_kg: float) -> Rig:
         for recordings in (rig.identify, rig.verify)
     )
     return replace(rig, identify=identify, verify=verify)
+
+
+def test_a_sign_speaks_in_its_own_sense_only() -> None:
+    """Generic terms that follow a little noise of sound rigs, and nothing of the others, are no
+    reason to take one that they explain by nine tenths for a sound one.
+    """
+    rows = []
+    for k in range(24):
+        outside = k % 2 == 0
+        told = _told("outside" if outside else "clean", law="cogging" if outside else "")
+        told["signs"] |= {"generic_fall": 0.0 if outside else 0.05}  # type: ignore[operator]
+        rows.append(told)
+    weights = fit(rows).unnamed
+    assert weights["closed"] <= 0.0 < weights["excess"]
+    assert all(weights[name] >= 0.0 for name in weights if name not in ("one", "closed"))
 
 
 def test_a_family_is_judged_by_numbers_that_were_fitted_without_it() -> None:

@@ -62,6 +62,24 @@ def test_what_changes_within_a_run_is_left() -> None:
     assert _most(found) > 2.0 * _most(sound)
 
 
+def test_of_runs_of_a_few_seconds_the_rest_does_not_tell_their_own_friction() -> None:
+    """Three seconds of a sound drive: what is kept back is foretold as without a friction for each
+    run, and leaves no more than that.
+    """
+    rig, _ = make_bench(SOUND)
+    base = declared(rig)
+    short = tuple(
+        whole.part(slice(0, round(3.0 * whole.header.sample_rate_hz)), whole.name)
+        for whole in rig.identify
+    )
+    problem = Problem(series_of(short, base.known), base, False)
+    fit, _ = fit_base(problem)
+    plain = evidence(problem, fit)
+    found = steady(problem, plain, fit)
+    assert found.gain_over(plain, found) >= 0.0
+    assert _most(found) < 1.1 * _most(plain)
+
+
 def _most(found: Evidence) -> float:
     return max(found.scale.values())
 

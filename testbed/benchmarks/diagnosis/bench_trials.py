@@ -26,6 +26,7 @@ from testbed.diagnosis.leg.bench_probabilities import (
     distribution,
     signs,
 )
+from testbed.diagnosis.leg.bench_probabilities import calibration as shipped
 from testbed.diagnosis.leg.diagnose import diagnose
 from testbed.diagnosis.leg.probabilities import answer
 from testbed.formats.files import check_file, write_text
@@ -39,6 +40,11 @@ SURE = 0.95
 """An answer from which on, both ways, it is counted how often it is wrong."""
 RIDGE = 0.002
 """Weight of a squared weight against the mean loss of a rig."""
+SPEAKS_AGAINST = ("closed",)
+"""Signs that can only speak against a law without a name; all others can only speak for one. Signs
+that go together would else be set off against each other: that generic terms take most of the
+residual away spoke against such a law, as long as the residual itself spoke for it.
+"""
 
 
 def trial(seed: int) -> Trial:
@@ -132,7 +138,7 @@ def fit(trials: Sequence[Trial]) -> BenchCalibration:
     stray = _rate([[trial["law"]] not in _said(trial) for trial in proven])
     told = [(answer(row, weights), there) for row, there in zip(rows, outside, strict=True)]
     sure = [(found > 0.5) != there for found, there in told if abs(found - 0.5) > SURE - 0.5]
-    return BenchCalibration(weights, stray, _rate(sure))
+    return BenchCalibration(weights, stray, _rate(sure), shipped().fading)
 
 
 def _said(trial: Trial) -> list[list[str]]:
@@ -147,8 +153,8 @@ def _rate(wrong: Sequence[bool]) -> float:
 
 
 def _regression(rows: Sequence[Mapping[str, float]], yes: Sequence[bool]) -> dict[str, float]:
-    """Weights of a logistic regression, signs in their own units; the constant `one` is not held
-    back.
+    """Weights of a logistic regression, signs in their own units, each in the sense in which it can
+    speak at all; the constant `one` is free and not held back.
     """
     from scipy.optimize import minimize
 
@@ -162,8 +168,16 @@ def _regression(rows: Sequence[Mapping[str, float]], yes: Sequence[bool]) -> dic
         fits = np.logaddexp(0.0, -sign * (features / size @ weights))
         return float(np.mean(fits) + RIDGE * np.sum(weights[held] ** 2) / len(names))
 
-    learnt = np.asarray(minimize(loss, np.zeros(len(names)), method="BFGS").x) / size
+    senses = [_sense(name) for name in names]
+    learnt = minimize(loss, np.zeros(len(names)), method="L-BFGS-B", bounds=senses).x / size
     return dict(zip(names, map(float, learnt), strict=True))
+
+
+def _sense(sign: str) -> tuple[float | None, float | None]:
+    """The least and the largest weight of a sign."""
+    if sign == "one":
+        return None, None
+    return (None, 0.0) if sign in SPEAKS_AGAINST else (0.0, None)
 
 
 def restated(trial: Trial, calibration: BenchCalibration) -> Trial:
@@ -212,6 +226,7 @@ def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
         "unnamed": rounded(numbers.unnamed),
         "stray": round(numbers.stray, 4),
         "lapse": round(numbers.lapse, 4),
+        "fading": dict(numbers.fading),
     }
     text = yaml_text(row)
     write_text(out, text)

@@ -62,6 +62,7 @@ LAPSES = tuple(f"{question}_{kind}" for question in LAPSING for kind in ("missed
 LAPSE_START = -3.5
 """Logarithm of the odds of a lapse from which the fit starts: one in 33."""
 QUESTIONS = ("left", "generic", "flow_terms", "presence", "second")
+RECKONED = ("edges", "late", "fading")
 COMMAND = "testbed lab fit-diagnosis"
 
 
@@ -80,8 +81,8 @@ def names_of(example: Signs) -> dict[str, list[str]]:
 
 def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
     """The flat vector of the fit as weights: distances from START, of `rivals` in logarithms, of
-    lapses in log odds. Those of the edges and of late commands are reckoned and stay: rigs of equal
-    edges, and of which few have late commands, do not tell them.
+    lapses in log odds. Those of the edges, of late commands and of fading friction are reckoned and
+    stay: rigs of equal edges, and of which few have late commands or a drag, do not tell them.
     """
     out: dict[str, dict[str, float]] = {}
     at = 0
@@ -100,9 +101,8 @@ def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
         lapse: float(1.0 / (1.0 + np.exp(-LAPSE_START - number)))
         for lapse, number in zip(LAPSES, last, strict=True)
     }
-    return Calibration(
-        **out, rivals=rivals, lapses=lapses, edges=shipped().edges, late=shipped().late
-    )
+    reckoned = {name: getattr(shipped(), name) for name in RECKONED}
+    return Calibration(**out, rivals=rivals, lapses=lapses, **reckoned)
 
 
 def fit(trials: Sequence[Trial]) -> Calibration:
@@ -193,7 +193,7 @@ def as_yaml(calibration: Calibration, trials: Sequence[Trial], held_out: dict[st
         "brier_across_halves": round(held_out["brier"], 4),
         **{
             question: rounded(getattr(calibration, question))
-            for question in (*QUESTIONS, "rivals", "lapses", "edges", "late")
+            for question in (*QUESTIONS, "rivals", "lapses", *RECKONED)
         },
     }
     return yaml_text(row)

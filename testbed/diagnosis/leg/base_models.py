@@ -248,8 +248,9 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
 
 
 def within_tolerance(problem: Problem) -> list[Coordinate]:
-    """How far a bench's declared bore, and a drive's mass, are off, as shares: priors, and no
-    findings. A mass that nobody declares stays as good as free beside whatever else is fitted.
+    """How far a bench's declared bore and, where its chamber shows, rod, and a drive's mass, are
+    off, as shares: priors, and no findings. A mass that nobody declares stays as good as free
+    beside whatever else is fitted.
 
     A leg's declared numbers are those of a machine that was measured: they stay.
     """
@@ -257,6 +258,8 @@ def within_tolerance(problem: Problem) -> list[Coordinate]:
     if problem.kind not in ("cylinder", "drive"):
         return []
     numbers = ["bore_m"] if problem.kind == "cylinder" else []
+    if numbers and all(series.signals.pressure_b_pa is not None for series in problem.series):
+        numbers.append("rod_m")
     if problem.kind == "drive" or "moving_mass_kg" in unknown:
         numbers.append("moving_mass_kg")
     out = []

@@ -1,10 +1,10 @@
 """From signs to a distribution over sets of names, for benches and drives, which declare little of
 themselves.
 
-One question, a logistic regression on a few signs of the names that are left after their trials
-(`proof`):
+Two questions, each a logistic regression: on a few signs of the names that are left after their
+trials (`proof`), and on how far dry friction vanishes with speed (`fading`):
 
-    P(no name covers what is there) = lapse + (1 - 2 lapse) L(unnamed)
+    P(no name covers what is there) = lapse + (1 - 2 lapse) (1 - (1 - L(unnamed)) (1 - L(fading)))
     P(this set | a name would cover it) = (1 - stray) * share of the bootstrap's draws that it wins,
     P(none) = stray; P(none | a name would cover it) = 1 where no name passed its trials
 
@@ -18,7 +18,7 @@ well they do on kinds of law that were left out; `testbed lab fit-bench-diagnosi
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from testbed.diagnosis.leg.entries import memory_of
+from testbed.diagnosis.leg.fading import fading, fading_signs
 from testbed.diagnosis.leg.probabilities import answer
 from testbed.diagnosis.leg.proof import Proof
 from testbed.diagnosis.leg.rivals import exchanged
@@ -44,8 +45,9 @@ class BenchSigns:
 
     `excess`: force residual over the sensors' floor, mean of the recordings' logarithms; `memory`:
     its correlation time, bins; `closed`: logarithm of the error of runs left out, by `identify`
-    over with the names that are left;
-    `generic_gain`, `generic_fall`: what generic terms add to them; `gain`: theirs over the refit;
+    over with the names that are left, 0 where none is;
+    `generic_gain`, `generic_fall`: what generic terms add to them, where friction may differ from
+    run to run with and without these terms; `gain`: that of the names over the refit;
     `repeated`: least share of draws of one of them; `companion`: share by which a channel that
     rides along lowers what they leave;
     `shares`: set of names -> share of draws; `exchanged`: set in which a name is exchanged for one
@@ -62,6 +64,7 @@ class BenchSigns:
     companion: float
     shares: tuple[tuple[Names, float], ...]
     exchanged: tuple[tuple[Names, float], ...] = ()
+    fading: float = 0.0
 
     def as_json(self) -> dict[str, Any]:
         """Plain dictionaries and lists."""
@@ -94,13 +97,14 @@ class BenchSigns:
 
 @dataclass(frozen=True)
 class BenchCalibration:
-    """`unnamed`: sign -> weight; `stray`: share of wrong names among those that passed their
-    trials; `lapse`: how often a sure answer to whether a name covers it is wrong.
+    """`unnamed`, `fading`: sign -> weight; `stray`: share of wrong names among those that passed
+    their trials; `lapse`: how often a sure answer to whether a name covers it is wrong.
     """
 
     unnamed: Mapping[str, float]
     stray: float
     lapse: float = 0.0
+    fading: Mapping[str, float] = field(default_factory=lambda: {"one": -30.0})
 
 
 @cache
@@ -109,21 +113,22 @@ def calibration() -> BenchCalibration:
     import yaml
 
     row = yaml.safe_load(FILE.read_text())
-    return BenchCalibration(row["unnamed"], float(row["stray"]), float(row["lapse"]))
+    return BenchCalibration(row["unnamed"], float(row["stray"]), float(row["lapse"]), row["fading"])
 
 
 def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> BenchSigns:
     """The signs of a finished search whose names have been tried."""
     shares = {tuple(sorted(names)): share for names, share in proof.won.items()}
     left = steady(state.problem, proof.kept.evidence, proof.kept.fit)
+    generic = steady(state.problem, found.generic.evidence, found.generic.fit)
+    errors = proof.run_errors
+    closed = overall(errors["identify"]) / overall(errors["after"]) if proof.kept.names else 1.0
     return BenchSigns(
         excess=float(np.log(excess_over(left, found.floors))),
         memory=memory_of(left),
-        closed=float(
-            np.log(overall(proof.run_errors["identify"]) / overall(proof.run_errors["after"]))
-        ),
-        generic_gain=found.generic_gain,
-        generic_fall=found.generic_fall,
+        closed=float(np.log(closed)),
+        generic_gain=generic.gain_over(left, generic),
+        generic_fall=generic.largest_fall(left),
         gain=state.gain(proof.kept),
         repeated=min(proof.repeated.values(), default=0.0),
         companion=companion,
@@ -131,6 +136,7 @@ def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> 
         exchanged=tuple(
             (tuple(sorted(names)), belief) for names, belief in exchanged(state, proof.kept).items()
         ),
+        fading=fading(state.problem, proof.kept.fit, left),
     )
 
 
@@ -142,9 +148,9 @@ def distribution(
 
     Of a set that wins draws only the names count that are `kept`, or what they are not told from.
     """
-    missing = calibration.lapse + (1.0 - 2.0 * calibration.lapse) * answer(
-        signs.of_unnamed(), calibration.unnamed
-    )
+    covered = 1.0 - answer(signs.of_unnamed(), calibration.unnamed)
+    covered *= 1.0 - answer(fading_signs(signs.fading), calibration.fading)
+    missing = calibration.lapse + (1.0 - 2.0 * calibration.lapse) * (1.0 - covered)
     sets: dict[Names, float] = {}
     for names, share in signs.shares:
         stands_in = any(set(other) <= set(names) for other, _ in signs.exchanged)

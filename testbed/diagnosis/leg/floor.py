@@ -13,9 +13,9 @@ import numpy.typing as npt
 from testbed.diagnosis.leg.evidence import FEWEST, Key, student
 from testbed.diagnosis.leg.noise import grain, rounding_left, white_noise
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.series import BIN, Series
+from testbed.diagnosis.leg.series import BIN, Series, as_channel
 from testbed.estimation.leg.force import estimate
-from testbed.estimation.leg.motion import WIDTH_S, signals_of
+from testbed.estimation.leg.motion import signals_of, slope
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import Friction, LegModel
 
@@ -35,22 +35,10 @@ def load_cell_noise_n(recording: Recording) -> float:
     return float(np.hypot(reference.standard_deviation, step))
 
 
-def smoothing_gain(rate_hz: float, width_s: float) -> float:
-    """Standard deviation of white noise after Gaussian smoothing, per unit before."""
-    return float(min(1.0, np.sqrt(1.0 / (2.0 * np.sqrt(np.pi) * max(width_s * rate_hz, 0.3)))))
-
-
-def rate_gain(rate_hz: float, width_s: float) -> float:
-    """The same for the derivative, 1/s."""
-    width = max(width_s, 0.3 / rate_hz)
-    return float(np.sqrt(1.0 / (4.0 * np.sqrt(np.pi) * rate_hz * width**3)))
-
-
-def force_floor_n(
-    series: Series, recording: Recording, friction: Friction, width_s: float
-) -> Array:
-    """A realisation of the encoder's error in the force and of the pressures' noise, N, shape
-    (n,).
+def force_floor_n(series: Series, recording: Recording, friction: Friction) -> Array:
+    """A realisation of the encoder's error in the force and of the noise of pressures and load
+    cell, N, shape (n,). Smoothing makes white noise last: neighbouring samples of it are alike, and
+    a bin of them averages little out.
     """
     known = series.signals.known
     velocity = series.signals.velocity_m_s
@@ -68,11 +56,11 @@ def force_floor_n(
         if values is not None:
             noise += (white_noise(values) * area) ** 2
             rounding += (rounding_left(values) * area) ** 2
-    size = np.sqrt(noise) * smoothing_gain(series.full_rate_hz, width_s)
     rng = np.random.default_rng(0)
-    white = size * rng.standard_normal(len(velocity))
+    white = np.sqrt(noise) * rng.standard_normal(len(recording.time_s))
     lasting = np.sqrt(rounding) * np.repeat(rng.standard_normal(len(velocity) // BIN + 1), BIN)
-    return np.asarray(encoder + white + lasting[: len(velocity)], dtype=np.float64)
+    smoothed = as_channel(recording, white, series.step)
+    return np.asarray(encoder + smoothed + lasting[: len(velocity)], dtype=np.float64)
 
 
 def _cell_rounding_n(recording: Recording) -> float:
@@ -83,30 +71,22 @@ def _cell_rounding_n(recording: Recording) -> float:
     return rounding_left(values) if reference.kind == "load-cell" else 0.0
 
 
-def flow_floor_m3_s(series: Series, recording: Recording) -> tuple[Array, Array]:
+def flow_floor_m3_s(series: Series) -> tuple[Array, Array]:
     """The same for the flow balances of A and B, m3/s, shape (n,)."""
     known = series.signals.known
     position = series.signals.position_m
-    rng = np.random.default_rng(1)
+    dead_a, dead_b = known.dead_volume_a_m3 or 0.0, known.dead_volume_b_m3 or 0.0
+    chambers = (
+        (known.area_a_m2, dead_a + known.area_a_m2 * position),
+        (known.area_b_m2, dead_b + known.area_b_m2 * ((known.stroke_m or 0.0) - position)),
+    )
     out = []
-    gain = rate_gain(series.full_rate_hz, WIDTH_S)
-    for values, area, volume in (
-        (
-            recording.pressure_a_pa,
-            known.area_a_m2,
-            (known.dead_volume_a_m3 or 0.0) + known.area_a_m2 * position,
-        ),
-        (
-            recording.pressure_b_pa,
-            known.area_b_m2,
-            (known.dead_volume_b_m3 or 0.0)
-            + known.area_b_m2 * ((known.stroke_m or 0.0) - position),
-        ),
+    for noise, (area, volume) in zip(
+        series.pressure_noise_pa or (None, None), chambers, strict=True
     ):
-        pressure = white_noise(values) * gain if values is not None else 0.0
-        soft = volume / (known.bulk_modulus_pa or 1e9)
+        rate = 0.0 if noise is None else slope(noise, series.signals.rate_hz)
         out.append(
-            area * series.velocity_noise_m_s + soft * pressure * rng.standard_normal(len(position))
+            area * series.velocity_noise_m_s + volume / (known.bulk_modulus_pa or 1e9) * rate
         )
     return out[0], out[1]
 
@@ -117,14 +97,12 @@ def group_floors(
     """Scale that each group of a perfect model would have, in the units of `Evidence.scale`."""
     out: dict[Key, float] = {}
     for series, recording in zip(problem.series, recordings, strict=True):
-        force = force_floor_n(series, recording, friction, WIDTH_S)
+        force = force_floor_n(series, recording, friction)
         mask = series.trusted & series.clear
         _floor(out, ("force", series.name), series.binned(force, mask), series.encoder_noise_n())
         if problem.with_flow:
             moving = series.binned(np.zeros(len(force)), series.trusted)[1] > 0
-            for part, values in zip(
-                ("flow_a", "flow_b"), flow_floor_m3_s(series, recording), strict=True
-            ):
+            for part, values in zip(("flow_a", "flow_b"), flow_floor_m3_s(series), strict=True):
                 mean, count = series.binned(values, series.clear)
                 count = np.where(moving, count, 0.0)
                 _floor(out, (part, series.name), (mean, count), series.encoder_noise_m3_s())

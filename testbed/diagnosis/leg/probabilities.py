@@ -1,10 +1,10 @@
 """From signs to a distribution over sets of names, for legs whose sensors and valve are declared.
 
-Seven questions L, each a logistic regression on a few signs, and rivalry among sets of the same
+Eight questions L, each a logistic regression on a few signs, and rivalry among sets of the same
 size:
 
     P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms))
-                                    (1 - L(edges)) (1 - L(late))
+                                    (1 - L(edges)) (1 - L(late)) (1 - L(fading))
     P(an effect | a name would cover it) = the largest L(presence) of a single one
     P(a second one | an effect) = L(second)
     P(this set | its size) ~ (1 + (behind the leader) / (slack + share * leader's gain)) ^ -power,
@@ -28,6 +28,7 @@ from pathlib import Path
 
 import numpy as np
 
+from testbed.diagnosis.leg.fading import fading_signs
 from testbed.diagnosis.leg.signs import SetSigns, Signs
 
 FILE = Path(__file__).with_name("calibration.yaml")
@@ -50,6 +51,7 @@ class Calibration:
     lapses: Mapping[str, float] = field(default_factory=dict)
     edges: Mapping[str, float] = field(default_factory=lambda: {"one": -30.0})
     late: Mapping[str, float] = field(default_factory=lambda: {"one": -30.0})
+    fading: Mapping[str, float] = field(default_factory=lambda: {"one": -30.0})
 
     def lapsed(self, question: str, answer: float) -> float:
         """The probability of a yes, as far from certain as this question's answers have been."""
@@ -217,6 +219,7 @@ def distribution(signs: Signs, calibration: Calibration) -> dict[Names, float]:
     covered *= 1.0 - answer(flow_terms_signs(signs), calibration.flow_terms)
     covered *= 1.0 - answer(edges_signs(signs), calibration.edges)
     covered *= 1.0 - answer(late_signs(signs), calibration.late)
+    covered *= 1.0 - answer(fading_signs(signs.best.fading), calibration.fading)
     missing = calibration.lapsed("unnamed", 1.0 - covered)
     present = {
         single.names: calibration.lapsed(
@@ -251,6 +254,7 @@ def beyond_none(signs: Signs, calibration: Calibration) -> float:
     sound = (1.0 - answer(left_signs(bare), calibration.left)) * (
         1.0 - answer(generic_signs(bare), calibration.generic)
     )
+    sound *= 1.0 - answer(fading_signs(signs.refit.fading), calibration.fading)
     return calibration.lapsed("unnamed", 1.0 - sound)
 
 

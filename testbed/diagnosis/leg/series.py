@@ -118,6 +118,16 @@ def smoothing_s(rate_hz: float) -> float:
     return max(WIDTH_S, 1.2 / rate_hz)
 
 
+def as_channel(recording: Recording, values: Array, step: int) -> Array:
+    """Values at a recording's rows, (rows,), as a series has its channels: on an even grid,
+    smoothed, every `step`-th, shape (n,).
+    """
+    time, rate = grid(recording)
+    if time is not recording.time_s:
+        values = np.interp(time, recording.time_s, values)
+    return smooth(values, smoothing_s(rate) * rate)[::step]
+
+
 def _likely_position(recording: Recording, known: Known | None) -> Array:
     """Where the piston was, m, (n,) on the even grid, as well as all sensors tell: between two
     counts of a slow motion a leg may ring on its oil, and only its pressures show it.
@@ -154,19 +164,19 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
         _likely_position(recording, known), rate, recording.position_resolution_m, width / rate
     )
 
-    def even(values: Array) -> Array:
-        return values if time is recording.time_s else np.interp(time, recording.time_s, values)
+    def channel(values: Array) -> Array:
+        return as_channel(recording, values, step)
 
     reference = None
     if recording.reference_force_n is not None:
-        reference = smooth(even(recording.reference_force_n), width)[::step]
+        reference = channel(recording.reference_force_n)
     saturated = (recording.saturated_a | recording.saturated_b).astype(np.float64)
     unseen = in_gaps(recording.time_s, signals.time_s) | at_ends(signals.time_s)
-    clear = (smooth(even(saturated), width)[::step] < UNTOUCHED) & ~unseen
+    clear = (channel(saturated) < UNTOUCHED) & ~unseen
 
     def noise(values: Array, seed: int) -> Array:
-        white = np.random.default_rng(seed).standard_normal(len(time))
-        return smooth(white_noise(values) * white, width)[::step]
+        white = np.random.default_rng(seed).standard_normal(len(values))
+        return channel(white_noise(values) * white)
 
     noise_a = noise_b = None
     if recording.pressure_a_pa is not None:
@@ -181,9 +191,10 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
         and signals.pressure_b_pa is not None
     ):
         assert k.valve_natural_frequency_hz and k.valve_damping and k.valve_deadband is not None
-        stroke_full = spool(
-            even(recording.valve_command), rate, k.valve_natural_frequency_hz, k.valve_damping
-        )
+        command = recording.valve_command
+        if time is not recording.time_s:
+            command = np.interp(time, recording.time_s, command)
+        stroke_full = spool(command, rate, k.valve_natural_frequency_hz, k.valve_damping)
         open_ = smoothed_opening(stroke_full, k.valve_deadband, width, step)
     bins = len(signals.time_s) // BIN
     block = first_block + ((np.arange(bins) * BIN / signals.rate_hz) // BLOCK_S).astype(np.int64)
@@ -202,5 +213,5 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
         velocity_noise_m_s=velocity_noise[::step],
         acceleration_noise_m_s2=acceleration_noise[::step],
         pressure_noise_pa=None if noise_a is None else (noise_a, noise_b),
-        extra={name: smooth(even(value), width)[::step] for name, value in recording.extra.items()},
+        extra={name: channel(value) for name, value in recording.extra.items()},
     )

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from testbed.diagnosis.leg.evidence import Evidence, Key, of_residual
+from testbed.diagnosis.leg.fading import fading
 from testbed.diagnosis.leg.prediction import held_out, shown_by_one
 from testbed.diagnosis.leg.search import LEAST_FALL, LEAST_GAIN, Candidate, Search
 from testbed.diagnosis.leg.unexplained import Unexplained
@@ -28,7 +29,8 @@ class SetSigns:
     `force`, `flow`: largest noise over the floor of the sensors that the set leaves in a group of
     that kind in the air; `pressed`: in one of either kind on the load cell. `uneven`: how far the
     valve's metering edges differ, see Edges.unevenness; `late`: samples by which its commands act
-    later than the rows of the usual recorder say.
+    later than the rows of the usual recorder say; `fading`: how far its dry friction vanishes with
+    speed, see fading.py.
     """
 
     names: tuple[str, ...]
@@ -42,6 +44,7 @@ class SetSigns:
     uneven: float = 0.0
     pressed: float = 1.0
     late: float = 0.0
+    fading: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -163,6 +166,7 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
         uneven=candidate.fit.at.edges.unevenness(),
         pressed=max(pressed.values(), default=1.0),
         late=candidate.fit.at.edges.late_s * min(one.full_rate_hz for one in state.problem.series),
+        fading=fading(state.problem, candidate.fit, candidate.evidence),
     )
 
 

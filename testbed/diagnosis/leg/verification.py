@@ -85,7 +85,7 @@ def errors(
             sensor_noise_n(recording, models["after"])[mask]
         )
         if with_flow:
-            table[recording.name]["flow_m3_s"] = _flow(recording, one, models)
+            table[recording.name]["flow_m3_s"] = _flow(one, models)
     return Errors(table, samples)
 
 
@@ -110,7 +110,7 @@ def flow_residual(series: Series, model: LegModel) -> tuple[Array, Array]:
     return balance.a_m3_s, balance.b_m3_s
 
 
-def _flow(recording: Recording, series: Series, models: Mapping[str, LegModel]) -> dict[str, float]:
+def _flow(series: Series, models: Mapping[str, LegModel]) -> dict[str, float]:
     mask = np.abs(series.signals.velocity_m_s) > MOVING_M_S
     out = {
         stage: rms(
@@ -118,9 +118,7 @@ def _flow(recording: Recording, series: Series, models: Mapping[str, LegModel]) 
         )
         for stage in STAGES
     }
-    out["floor"] = rms(
-        np.concatenate([residual[mask] for residual in flow_floor_m3_s(series, recording)])
-    )
+    out["floor"] = rms(np.concatenate([residual[mask] for residual in flow_floor_m3_s(series)]))
     return out
 
 

@@ -22,7 +22,8 @@ deviations of 6, 9, 14 and 14 % at 1, 3, 5 and 7 bar."""
 
 
 def steady(problem: Problem, found: Evidence, fit: Fit) -> Evidence:
-    """Evidence of a fit on a bench or a drive whose dry friction may differ from run to run.
+    """Evidence of a fit on a bench or a drive whose dry friction may differ from run to run, where
+    that foretells what is kept back better: of a run of a few seconds the rest is too short to say.
 
     `found`: that of the fit as it is. Correlated samples would outweigh what is known of friction's
     wander: that is held to as independent ones would.
@@ -36,7 +37,8 @@ def steady(problem: Problem, found: Evidence, fit: Fit) -> Evidence:
     columns *= (problem.layout["force"].count > 0)[:, None]
     names = [f"{way} in {series.name}" for series in problem.series for way in ("out", "back")]
     known = np.full(len(names), WANDER / np.sqrt(max(memory_of(found), 1.0)))
-    return evidence(problem, with_terms(problem, fit, "force", names, columns, known))
+    own = evidence(problem, with_terms(problem, fit, "force", names, columns, known))
+    return own if own.gain_over(found, own) > 0.0 else found
 
 
 def dry_friction_n(series: Series, friction: Friction) -> Array:
