@@ -32,7 +32,7 @@ from testbed.control.gaits.crawl.pace import (
     progress,
 )
 from testbed.control.gaits.crawl.rope_hold import THREE_FEET, RopeHold
-from testbed.control.gaits.crawl.style import UNHURRIED
+from testbed.control.gaits.crawl.style import STYLES, UNHURRIED
 from testbed.control.gaits.crawl.swing import Activity
 from testbed.control.gaits.crawl.walk_plan import Stride
 from testbed.control.gaits.table import gait_of
@@ -106,11 +106,15 @@ def test_the_brisk_gait_makes_the_same_way_in_less_time_with_less_margin() -> No
     assert 0.55 * margins["flowing"] < margins["brisk"] < 0.8 * margins["flowing"]
 
 
-def test_on_a_steep_slope_the_brisk_gait_is_the_flowing_one() -> None:
-    made, slope = crawl("task.gait=brisk"), math.radians(75)
+@pytest.mark.parametrize(("slope_deg", "hurries"), [(30, True), (85, True), (90, False)])
+def test_the_brisk_gait_hurries_on_every_slope_but_on_a_wall(
+    slope_deg: float, hurries: bool
+) -> None:
+    made, slope = crawl("task.gait=brisk"), math.radians(slope_deg)
     made._footholds.stand_under(9.81 * np.array([-math.sin(slope), 0.0, -math.cos(slope)]))
-    assert made._plan.manner == UNHURRIED
-    assert made._plan.enough == 1.0 and made._plan.creep == 0.0
+    assert made._plan.manner == (STYLES["brisk"] if hurries else UNHURRIED)
+    assert made._plan.creep == (0.75 if hurries else 0.0)
+    assert made._plan.enough == pytest.approx(0.6 if hurries else 1.0)
 
 
 @pytest.mark.parametrize(("slope_deg", "share"), [(30, 0.6), (45, 0.6), (60, 0.4), (75, 0.0)])

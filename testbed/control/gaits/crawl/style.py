@@ -14,8 +14,10 @@ UNLOAD_M_S = 0.005
 """How fast a foot is taken off the ground: one that is torn off makes the one across from it jump
 (E).
 """
-GENTLE = 0.6
-"""On a slope on which feet carry this share of the weight the body flows in full (E)."""
+GENTLE, STEEP = 0.6, 0.3
+"""On a slope on which feet carry more than the first share of the weight the body usually flows in
+full; where they carry less than the second one, it rests while legs swing (E).
+"""
 CREEP_EASE = 1.2
 """The body usually takes so many times its least time for that: the rest of valves, pump and ropes
 is the swings' (E).
@@ -32,6 +34,8 @@ class GaitStyle:
     """Whether it does so only as far as the slope is gentle."""
     gentle: float = GENTLE
     """A slope is gentle altogether where feet carry this share of the weight."""
+    steep: float = STEEP
+    """A slope is steep altogether, and nobody in a hurry, where feet carry this share of it."""
     seat_s: float = SEAT_S
     """How long a foot is seated before anything else begins."""
     lead_s: float = 0.0
@@ -78,7 +82,8 @@ STYLES = {
     "brisk": GaitStyle(
         creep=0.75,
         flows=True,
-        gentle=0.5,
+        gentle=0.08,
+        steep=0.03,
         seat_s=0.15,
         lead_s=0.8,
         margin=0.6,

@@ -32,10 +32,6 @@ SHORTEST_SHIFT_S = 0.3
 """No shift of the body is quicker (E)."""
 SHORTEST_SWING_S = 0.5
 """No swing is quicker (E)."""
-STEEP = 0.3
-"""Feet that carry less than this share of the weight leave a flowing body too little margin, and it
-rests while legs swing (E).
-"""
 WAY_SAMPLES = 20
 """A way is sampled at so many points to find what it asks of valves, pump and ropes."""
 OVER_THE_LOAD = (1.0, 0.75, 0.5, 0.25, 0.0)
@@ -267,7 +263,8 @@ class WalkPlan:
     @property
     def _gentle(self) -> float:
         """0 on a steep slope to 1 on a gentle one."""
-        share = (self._footholds.lightness - STEEP) / (self._style.gentle - STEEP)
+        steep, gentle = self._style.steep, self._style.gentle
+        share = (self._footholds.lightness - steep) / (gentle - steep)
         return min(max(share, 0.0), 1.0)
 
     def _goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:
