@@ -38,6 +38,12 @@ def test_the_ground_is_sought_in_proportion_to_what_the_feet_carry() -> None:
     assert steep.speed_m_s(0.0, rough, reckless) == steep.speed_m_s(0.061, rough, reckless), (
         "no faster than far above it"
     )
+    in_time = Haste(most_s=0.25)
+    assert wall.speed_m_s(0.0, plane, in_time) == pytest.approx(0.04), "the last 10 mm in 0.25 s"
+    assert flat.speed_m_s(0.0, plane, in_time) == flat.speed_m_s(0.0, plane, usual), "in less"
+    assert wall.speed_m_s(0.0, rough, in_time) == wall.speed_m_s(0.0, rough, usual), (
+        "ground that may lie higher is met later"
+    )
     known = ExpectedGround(height_m=-0.4, steps_m=0.02)
     assert steep.first_m(known) == pytest.approx(-0.37)
     assert steep.first_m(known, 0.5) == pytest.approx(-0.38)

@@ -98,6 +98,6 @@ STYLES = {
         search_from=0.3,
         ramp=0.06,
         three_feet=0.7,
-        search=Haste(near=3.0, far=1.5),
+        search=Haste(near=3.0, far=1.5, most_s=0.25),
     ),
 }

@@ -67,6 +67,10 @@ class Haste:
     """
     far: float = 1.0
     """Far above the expected ground."""
+    most_s: float = np.inf
+    """Where the ground can lie no higher than expected, a foot comes down to it from where the
+    search begins within this time, s, however little the feet carry.
+    """
 
 
 AS_USUAL = Haste()
@@ -111,7 +115,7 @@ class GroundSearch:
             return far_m_s
         if ground.steps_m > 0.0:
             return min(haste.near * self._near_m_s, far_m_s)
-        return self._near_m_s
+        return max(self._near_m_s, self._above_m / haste.most_s)
 
     def lowest_m(self, ground: ExpectedGround) -> float:
         """Where the search ends."""
