@@ -17,7 +17,7 @@ from testbed.formats.arrays import Array
 
 DECIDED = 1e-9
 """An episode is given up where no more than this is left to be paid."""
-TOLD = ("verdict", "slip_m", "held", "caught_s", "depth_m", "t_s")
+TOLD = ("verdict", "slip_m", "held", "caught_s", "depth_m", "way_m", "work_j", "t_s")
 """What of the last step's `info` is kept."""
 
 
@@ -103,7 +103,7 @@ class Branches:
 
     def __init__(self, task: Task, plans: Plans, seed: int) -> None:
         self._plans, self._seed = plans, seed
-        self._stage = stage(task)
+        self._stage = stage(task, plans.overrides)
         self._begun: tuple[float, ...] | None = None
         self._parting: tuple[float, PlannedAgent, Any] | None = None
         """Return so far, agent, and the saved episode."""

@@ -16,6 +16,7 @@ from testbed.benchmarks.control_tasks.agents import (
     Vector,
     Yielding,
 )
+from testbed.benchmarks.control_tasks.climbing import ClimbPlan, no_plan
 from testbed.benchmarks.control_tasks.corrected import FEATURES, OVER, REACH, Corrected
 from testbed.benchmarks.control_tasks.drilling import Adaptive, Drill, Reserve, action_of
 from testbed.benchmarks.control_tasks.oracle import KeepPlan, keep_plan_of
@@ -28,6 +29,13 @@ from testbed.formats.networks import read_network
 
 QP = ("control.distribution=qp",)
 SELDOM = 5
+BRISK = ("task.gait=brisk",)
+AS_IT_IS = (0.0, 0.0, 0.0)
+"""Decisions of Climb-v1 that leave the gait as it is."""
+TUNED_STRIDE = (0.3, -0.5, 0.5)
+"""Decisions that paid best of six under the flowing crawl on four tuning cases."""
+BRISK_STRIDE = (0.5, -0.5, 0.3)
+"""The same of five under the brisk crawl."""
 MakeAgent = Callable[[Any], Agent]
 """From an environment that was reset, for one episode."""
 
@@ -68,6 +76,8 @@ class Plans:
     """
     alike: int = 0
     """So many first numbers of a plan are all that matters until the environment's `fault_s`."""
+    overrides: tuple[str, ...] = ()
+    """Changes of the scenario for the oracle: the controller underneath."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +108,12 @@ def _keep_plan(env: Any, plan: Array) -> PlannedAgent:
     """Was tried out on this very case: see KeepPlan."""
     del env
     return KeepPlan(plan)
+
+
+def _climb_plan(env: Any, plan: Array) -> PlannedAgent:
+    """Was tried out on this very case: see ClimbPlan."""
+    del env
+    return ClimbPlan(plan)
 
 
 TASKS: dict[str, Task] = {
@@ -142,6 +158,27 @@ TASKS: dict[str, Task] = {
         ("tuned feed", "tuned feed and pull"),
         None,
         ("duration_s=30",),
+    ),
+    "climb": Task(
+        "Roboclimber/Climb-v1",
+        "the environment's pay: metres less time, energy and feet lost or slipped",
+        {
+            "two-phase crawl": Entrant(lambda env: Constant(AS_IT_IS), ("task.gait=two_phase",)),
+            "flowing crawl": Entrant(lambda env: Constant(AS_IT_IS)),
+            "quadratic program": Entrant(lambda env: Constant(AS_IT_IS), QP, SELDOM),
+            "leaning on the limits": Entrant(lambda env: Constant([1.0] * 3), each=SELDOM),
+            "tuned stride": Entrant(lambda env: Constant(TUNED_STRIDE)),
+            "brisk crawl": Entrant(lambda env: Constant(AS_IT_IS), BRISK),
+            "brisk crawl, tuned stride": Entrant(lambda env: Constant(BRISK_STRIDE), BRISK),
+        },
+        ("flowing crawl", "tuned stride"),
+        Plans(
+            _climb_plan,
+            ((*AS_IT_IS, *AS_IT_IS), (*BRISK_STRIDE, *BRISK_STRIDE)),
+            (0.3, 0.4, 0.4, 0.3, 0.4, 0.4),
+            no_plan,
+            overrides=BRISK,
+        ),
     ),
 }
 

@@ -26,6 +26,7 @@ from testbed.benchmarks.control_tasks.benchmark import (
     ControlTasks,
     summary,
 )
+from testbed.benchmarks.control_tasks.climbing import TURN, ClimbPlan
 from testbed.benchmarks.control_tasks.drilling import Adaptive, Drill, Reserve
 from testbed.benchmarks.control_tasks.episodes import Branches, best_found, episode
 from testbed.benchmarks.control_tasks.oracle import KeepPlan, keep_plan_of, search
@@ -253,6 +254,27 @@ def test_the_search_begins_again_at_what_an_entrant_did_better(
     assert led["score"] >= -2.0 and led["restarted"]
     worse = best_found(TASKS["keep"], 1, 16, [{"score": -200.0, "plan": (300.0,) * 8}])
     assert worse == alone
+
+
+def test_a_plan_of_a_climb_is_one_decision_for_each_half_and_within_the_limits() -> None:
+    agent, seen = ClimbPlan(np.array([0.1, 0.2, 0.3, -0.4, 0.5, 3.0])), np.zeros(3, np.float32)
+    decided = [agent.act(seen) for _ in range(TURN + 2)]
+    assert all(action == pytest.approx([0.1, 0.2, 0.3]) for action in decided[:TURN])
+    assert all(action == pytest.approx([-0.4, 0.5, 1.0]) for action in decided[TURN:])
+    other = agent.with_plan(np.zeros(6))
+    assert not other.act(seen).any() and agent.act(seen)[2] == 1.0
+
+
+@pytest.mark.slow
+def test_a_plan_of_a_climb_scores_the_same_again_and_beats_the_shipped_gait() -> None:
+    task, seed = TASKS["climb"], 203
+    assert task.plans is not None
+    branches = Branches(task, task.plans, seed)
+    as_it_is, longer = (np.array(plan) for plan in task.plans.starts[:2])
+    first, other, again = (branches.score(p, -math.inf) for p in (as_it_is, longer, as_it_is))
+    assert first == again != other
+    assert first == episode(task, task.entrants["brisk crawl"], seed)["score"]
+    assert first > episode(task, task.entrants["flowing crawl"], seed)["score"] + 30.0
 
 
 @pytest.mark.slow

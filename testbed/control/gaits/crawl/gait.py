@@ -21,7 +21,7 @@ from testbed.control.gaits.crawl.pace import Pace
 from testbed.control.gaits.crawl.posture import Levelling, explained
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.crawl.strokes import Strokes
-from testbed.control.gaits.crawl.style import SEAT_S
+from testbed.control.gaits.crawl.style import SEAT_S, STYLES
 from testbed.control.gaits.crawl.swing import IN_THE_AIR, Activity, BodyWay, GroundSearch, Phase
 from testbed.control.gaits.crawl.walk_plan import Stride, WalkPlan
 from testbed.errors import InputError
@@ -75,7 +75,7 @@ class CrawlGait:
     ) -> None:
         """Raises InputError for a stride that is out of reach, before anything moves."""
         self.task = task
-        self._legs, self._footholds, self._ropes = start.legs, footholds, ropes
+        self._legs, self._footholds = start.legs, footholds
         self._strokes = strokes
         self._ready_pa = start.robot.machine.power_unit.ready_pressure_pa
         self._feet = footholds.home.copy()
@@ -84,6 +84,11 @@ class CrawlGait:
         offset = np.zeros(3)
         offset[:2] = start.load_n @ self._feet[:, :2] / total - self._feet[:, :2].mean(axis=0)
         self._lightness = min(total / footholds.weight_n, 1.0)
+        share = STYLES[task.gait].trimmed(self._lightness)
+        if share > 0.0 and ropes.tension_n.any():
+            ropes, back_m = ropes.trimmed(share * offset[:2], self._feet, total)
+            offset[:2] -= back_m
+        self._ropes = ropes
         machine = start.robot.machine
         self._scale = machine.scale
         self._ground = GroundSearch(total, self._lightness, task.ground_steps_m, self._scale)

@@ -37,6 +37,8 @@ THREE_FEET = 0.4
 """On three feet tensions may differ from what is wanted by so much of that alone (E): ropes that
 pull unequally tip the body towards the foot in the air.
 """
+TRIM_MOST = 0.04
+"""Ropes pull more or less by at most this share to bring the load to the middle of the feet (E)."""
 
 
 NOTHING = np.zeros(2)
@@ -82,6 +84,19 @@ class RopeHold:
         c, s = math.cos(turn), math.sin(turn)
         rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         return replace(self, anchors_m=self.anchors_m @ rotation.T)
+
+    def trimmed(self, offset_m: Array, feet: Array, carried_n: float) -> tuple[RopeHold, Array]:
+        """The same ropes with a pull along the slope by which the load of the `feet` (4, 3) comes
+        back by offset_m (2,), path frame, m; and how far (2,) it comes back.
+
+        The feet hold by friction what the ropes pull more or less above them, which turns the body.
+        No more than TRIM_MOST of the pull is asked for.
+        """
+        by_m = float(self.attachments_m[:, 2].mean() - feet[:, 2].mean()) / carried_n
+        more_n, most_n = -offset_m / by_m, TRIM_MOST * float(np.hypot(*self.pull_n))
+        more_n = more_n * min(1.0, most_n / max(float(np.hypot(*more_n)), 1e-9))
+        tensions = wanted_tensions(self.directions(np.zeros(3)), self.pull_n + more_n)
+        return replace(self, tension_n=np.array(tensions)), -by_m * more_n
 
     def draws_aside_m(self, feet: Array, carried_n: float) -> float:
         """How far to the side (y) the ropes' pull above the `feet` (4, 3) draws the load that they

@@ -18,6 +18,11 @@ GENTLE, STEEP = 0.6, 0.3
 """On a slope on which feet carry more than the first share of the weight the body usually flows in
 full; where they carry less than the second one, it rests while legs swing (E).
 """
+HEAVY, LIGHT = 0.5, 0.25
+"""Feet that carry more than the first share of the weight are heavy, those that carry less than the
+second one light: a little that ropes pull otherwise than they should draws their load far aside
+(E).
+"""
 CREEP_EASE = 1.2
 """The body usually takes so many times its least time for that: the rest of valves, pump and ropes
 is the swings' (E).
@@ -41,7 +46,9 @@ class GaitStyle:
     lead_s: float = 0.0
     """So long before the body is over the others, a leg is unloaded."""
     margin: float = 1.0
-    """Share of the usual margin that is enough on gentle slopes."""
+    """Share of the usual margin that is enough where feet are heavy."""
+    light_margin: float = 1.0
+    """The same where they are light."""
     haste: float = 1.0
     """See Pace."""
     unload_m_s: float = UNLOAD_M_S
@@ -68,10 +75,27 @@ class GaitStyle:
     """How fast the ground is sought, on gentle slopes."""
     prints: bool = False
     """Whether a foot expects the ground where other feet have found it."""
+    trims: bool = False
+    """Whether the ropes pull so much more or less that light feet carry alike."""
     strokes: bool = False
     """Whether the body rests while a traction device goes back, and what a device owes is not asked
     of it again.
     """
+
+    def enough(self, lightness: float) -> float:
+        """Share of the usual margin that is enough with feet that carry this share of the
+        weight.
+        """
+        return self.margin + lightened(lightness) * (self.light_margin - self.margin)
+
+    def trimmed(self, lightness: float) -> float:
+        """Share of what the load lies off the middle of the feet that the ropes make up for."""
+        return lightened(lightness) if self.trims else 0.0
+
+
+def lightened(lightness: float) -> float:
+    """How light feet are that carry this share of the weight: 0 (HEAVY) to 1 (LIGHT)."""
+    return min(max((HEAVY - lightness) / (HEAVY - LIGHT), 0.0), 1.0)
 
 
 UNHURRIED = GaitStyle(0.0)
@@ -87,12 +111,14 @@ STYLES = {
         seat_s=0.15,
         lead_s=0.8,
         margin=0.6,
+        light_margin=0.3,
         haste=1.2,
         unload_m_s=0.008,
         clear=0.1,
         swing_ramp=0.14,
         creep_ease=1.1,
         strokes=True,
+        trims=True,
         prints=True,
         lifts_over_steps=False,
         search_from=0.3,

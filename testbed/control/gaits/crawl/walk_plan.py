@@ -252,7 +252,7 @@ class WalkPlan:
     @property
     def enough(self) -> float:
         """Share of the usual margin that is enough."""
-        return 1.0 - (1.0 - self._style.margin) * self._gentle
+        return 1.0 - (1.0 - self._style.enough(self._footholds.lightness)) * self._gentle
 
     @property
     def search(self) -> Haste:
