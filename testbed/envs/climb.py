@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from testbed.control.gait import amounts
+from testbed.control.gait import Layered, amounts
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.walk_plan import Stride
 from testbed.envs.base import RoboclimberEnv
@@ -87,6 +87,8 @@ class ClimbStepsEnv(RoboclimberEnv):
 
     def _begin(self, spec: Scenario) -> None:
         task, gait = spec.task, self._sim.machine.gait
+        if isinstance(gait, Layered):  # whoever shares the load out goes on below the agent
+            gait = gait.gait
         if not isinstance(task, Crawl) or not isinstance(gait, CrawlGait):
             raise InputError(
                 "does not crawl", field="task.kind", value=spec.task.kind, allowed="crawl"
