@@ -115,7 +115,12 @@ class Outcome:
 
 CASES: dict[str, tuple[str, ...]] = {
     **{f"plane {deg}": (f"terrain.slope_deg={deg}", *ACROSS) for deg in (30, 45, 60, 75)},
-    "plane 85": ("terrain.slope_deg=85", "ropes.share=1.0", "ropes.attachment_height_m=0.28"),
+    "plane 85": (
+        "terrain.slope_deg=85",
+        "ropes.share=1.0",
+        "ropes.attachment_height_m=0.28",
+        *ACROSS,
+    ),
     **{
         f"{ROUGH} {deg}": (
             f"terrain.slope_deg={deg}",
