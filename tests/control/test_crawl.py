@@ -106,15 +106,17 @@ def test_the_brisk_gait_makes_the_same_way_in_less_time_with_less_margin() -> No
     assert 0.55 * margins["flowing"] < margins["brisk"] < 0.8 * margins["flowing"]
 
 
-@pytest.mark.parametrize(("slope_deg", "hurries"), [(30, True), (85, True), (90, False)])
+@pytest.mark.parametrize(
+    ("slope_deg", "hurries", "enough"), [(30, True, 0.6), (85, True, 0.3), (90, False, 1.0)]
+)
 def test_the_brisk_gait_hurries_on_every_slope_but_on_a_wall(
-    slope_deg: float, hurries: bool
+    slope_deg: float, hurries: bool, enough: float
 ) -> None:
     made, slope = crawl("task.gait=brisk"), math.radians(slope_deg)
     made._footholds.stand_under(9.81 * np.array([-math.sin(slope), 0.0, -math.cos(slope)]))
     assert made._plan.manner == (STYLES["brisk"] if hurries else UNHURRIED)
     assert made._plan.creep == (0.75 if hurries else 0.0)
-    assert made._plan.enough == pytest.approx(0.6 if hurries else 1.0)
+    assert made._plan.enough == pytest.approx(enough)
 
 
 @pytest.mark.parametrize(("slope_deg", "share"), [(30, 0.6), (45, 0.6), (60, 0.4), (75, 0.0)])
@@ -226,6 +228,35 @@ def test_ropes_keep_the_pull_along_the_slope_wherever_the_body_goes() -> None:
     )
     slack = RopeHold(ANCHORS, shipped_model().rope_attachments_m, np.zeros(2))
     assert not slack.rates_m_s(np.zeros(3), before, 1.0, np.zeros(2)).any()
+
+
+def test_ropes_turn_the_body_by_what_they_pull_more_until_its_load_lies_in_the_middle() -> None:
+    """4 kN of load, 60 mm down the slope and 30 mm aside, ropes 0.7 m above the feet: 343 and
+    171 N. What asks for more than a twenty-fifth of the pull is made up for in part.
+    """
+    attachments = shipped_model().rope_attachments_m
+    ropes, nowhere = RopeHold(ANCHORS, attachments, TENSION), np.zeros(3)
+    feet = np.zeros((4, 3))
+    feet[:, 2] = attachments[:, 2].mean() - 0.7
+    offset = np.array([-0.06, 0.03])
+    trimmed, back = ropes.trimmed(offset, feet, 4000.0)
+    more = (trimmed.tension_n @ trimmed.directions(nowhere))[:2] - ropes.pull_n
+    np.testing.assert_allclose(more, -offset * 4000.0 / 0.7, rtol=1e-9)
+    np.testing.assert_allclose(back, offset, rtol=1e-12)
+    much, part = ropes.trimmed(100.0 * offset, feet, 4000.0)
+    most = 0.04 * np.hypot(*ropes.pull_n)
+    assert np.hypot(*(much.pull_n - ropes.pull_n)) == pytest.approx(most)
+    assert np.ptp(part / offset) == pytest.approx(0.0, abs=1e-9) and part[0] > 100.0 * offset[0]
+
+
+@pytest.mark.parametrize(("lightness", "share"), [(0.7, 0.0), (0.5, 0.0), (0.375, 0.5), (0.1, 1.0)])
+def test_the_lighter_the_feet_the_more_the_ropes_make_up_for_and_the_less_margin_is_asked_for(
+    lightness: float, share: float
+) -> None:
+    brisk, flowing = STYLES["brisk"], STYLES["flowing"]
+    assert brisk.trimmed(lightness) == pytest.approx(share) and flowing.trimmed(lightness) == 0.0
+    assert brisk.enough(lightness) == pytest.approx(0.6 - 0.3 * share)
+    assert flowing.enough(lightness) == 1.0
 
 
 def test_the_diagonal_has_no_resultant_on_staggered_feet() -> None:
