@@ -96,7 +96,8 @@ class RopeHold:
         more_n, most_n = -offset_m / by_m, TRIM_MOST * float(np.hypot(*self.pull_n))
         more_n = more_n * min(1.0, most_n / max(float(np.hypot(*more_n)), 1e-9))
         tensions = wanted_tensions(self.directions(np.zeros(3)), self.pull_n + more_n)
-        return replace(self, tension_n=np.array(tensions)), -by_m * more_n
+        trimmed = replace(self, tension_n=np.array(tensions))
+        return trimmed, by_m * (self.pull_n - trimmed.pull_n)
 
     def draws_aside_m(self, feet: Array, carried_n: float) -> float:
         """How far to the side (y) the ropes' pull above the `feet` (4, 3) draws the load that they
