@@ -139,6 +139,9 @@ def diagnose(
         Path | None,
         typer.Option(help="A run of the same robot from before, when nothing was wrong with it."),
     ] = None,
+    moved: Annotated[
+        bool, typer.Option("--moved", help="It stood elsewhere in that run, on other ground.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Say which effect a measured machine has and its model lacks, add it, and report the error
@@ -150,7 +153,7 @@ def diagnose(
     from testbed.workflows.diagnose import Wanted, diagnose_folder
 
     with working("diagnosing") as tell:
-        done = diagnose_folder(rig, out, Wanted(model, suggest, also, sound), tell)
+        done = diagnose_folder(rig, out, Wanted(model, suggest, also, sound, moved), tell)
     answer(json, done.tree, (done.title, *done.table), done.page)
 
 

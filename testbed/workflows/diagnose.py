@@ -42,13 +42,14 @@ class Diagnosed:
 class Wanted:
     """What may be asked of a diagnosis beside its findings. `model`: file to start from; `suggest`:
     file for a motion that parts what cannot be told apart; `also`: another recording of the robot;
-    `sound`: one from before, when nothing was wrong with it.
+    `sound`: one from before, when nothing was wrong with it; `moved`: it stood elsewhere then.
     """
 
     model: Path | None = None
     suggest: Path | None = None
     also: Path | None = None
     sound: Path | None = None
+    moved: bool = False
 
 
 def diagnose(
@@ -57,18 +58,21 @@ def diagnose(
     model: str | Path | None = None,
     also: str | Path | None = None,
     sound: str | Path | None = None,
+    moved: bool = False,
 ) -> Diagnosed:
     """Say which effect the machine recorded in `folder` has and its model lacks; `model`: one to
     start from.
 
     `folder` is an axis' rig (identify/ and verify/) or a robot's run, `also` a second run of the
     same robot, `sound` one from before, when nothing was wrong with it: what a model's effects
-    stand for came after that. Into `out` go findings.json, the models (add `model.yaml` to a run by
-    `simulate(.., model=..)`) and report.html; `.tree` of the answer is findings.json. Raises
-    InputError for anything that cannot be used.
+    stand for came after that; `moved`: the robot stood on other ground then. Into `out` go
+    findings.json, the models (add `model.yaml` to a run by `simulate(.., model=..)`) and
+    report.html; `.tree` of the answer is findings.json. Raises InputError for anything that cannot
+    be used.
     """
     start, other, before = (None if path is None else Path(path) for path in (model, also, sound))
-    return diagnose_folder(Path(folder), Path(out), Wanted(start, also=other, sound=before))
+    wanted = Wanted(start, also=other, sound=before, moved=moved)
+    return diagnose_folder(Path(folder), Path(out), wanted)
 
 
 def diagnose_folder(
@@ -80,6 +84,12 @@ def diagnose_folder(
     from testbed.workflows.estimate import is_robot
 
     folder = folder.parent if folder.name == "recording.yaml" else folder
+    if wanted.moved and wanted.sound is None:
+        raise InputError(
+            "says where an earlier recording was made, and there is none",
+            field="--moved",
+            allowed="beside --sound",
+        )
     kind = _robot if is_robot(folder) else _axis
     return kind(folder, out, wanted, tell)
 
@@ -121,7 +131,9 @@ def _robot(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None])
     from testbed.report.robot_diagnosis_page import page
 
     runs = _read_runs(path for path in (folder, wanted.also) if path is not None)
-    before = None if wanted.sound is None else _read_runs([wanted.sound])[0]
+    before = None
+    if wanted.sound is not None:
+        before = Before(_read_runs([wanted.sound])[0], wanted.moved)
     believed = (
         RobotModelFile(drawing_mass_kg=runs[0].machine.total_mass_kg)
         if wanted.model is None
@@ -154,10 +166,20 @@ def _read_runs(folders: Iterable[Path]) -> list[RobotRecording]:
     return runs
 
 
+@dataclass(frozen=True)
+class Before:
+    """An earlier recording of the robot, when nothing was wrong with it; `moved`: it stood on other
+    ground then, whatever the surveys say.
+    """
+
+    run: RobotRecording
+    moved: bool = False
+
+
 def diagnose_recordings(
     runs: Sequence[RobotRecording],
     model: Path | None,
-    sound: RobotRecording | None = None,
+    sound: Before | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> RobotDiagnosis:
     """What one recording, or two together, show that the robot's model, with what a model file
@@ -182,12 +204,12 @@ def diagnose_recordings(
         raise InputError(
             "says the same twice beside a model with the machine's own numbers: both tell how it lies "
             "from its drawing",
-            file=sound.file,
+            file=sound.run.file,
             field="--sound",
             allowed="one of the two",
         )
-    if sound is not None and sound.machine.scale != runs[0].machine.scale:
-        raise InputError("is of a machine of another size", file=sound.file, field="--sound")
+    if sound is not None and sound.run.machine.scale != runs[0].machine.scale:
+        raise InputError("is of a machine of another size", file=sound.run.file, field="--sound")
     tell("holding the measurements against the machine")
     balances = [balances_of_run(run, model, granted, sound) for run in runs]
     tell("weighing hypotheses")
@@ -199,13 +221,15 @@ def balances_of_run(
     run: RobotRecording,
     model: Path | None,
     granted: dict[str, dict[str, float]],
-    sound: RobotRecording | None = None,
+    sound: Before | None = None,
 ) -> Balances:
     """A recording held against the machine as it believes itself to be; see diagnose_recordings."""
-    from testbed.diagnosis.robot.groups import raw_groups
+    from testbed.diagnosis.robot.groups import GROUND, raw_groups
     from testbed.diagnosis.robot.levels import balances_at_level
 
-    known = None if sound is None else raw_groups(*_measured(sound, model))[2]
+    known = None if sound is None else raw_groups(*_measured(sound.run, model))[2]
+    if known is not None and sound is not None and sound.moved:
+        known.pop(GROUND, None)
     return balances_at_level(*_measured(run, model), granted, known)
 
 

@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from testbed.diagnosis.robot.diagnose import shown_by_place
+from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.ground import (
     PIECE_S,
     UNEVEN_RAD,
@@ -17,6 +19,9 @@ from testbed.diagnosis.robot.ground import (
     is_same_place,
     steepness,
 )
+from testbed.diagnosis.robot.groups import Balances, Candidate
+from testbed.diagnosis.robot.hypotheses import Ledger
+from testbed.effects import by_name
 from testbed.effects.signature import Change
 from testbed.machine.names import LEGS
 
@@ -95,3 +100,43 @@ def test_a_place_is_known_by_its_ropes() -> None:
 
 def test_without_ropes_nothing_tells_one_place_from_another() -> None:
     assert stood(pull_n=0.0) is None
+
+
+UNIT = "robot.attitude@body"
+
+
+@pytest.mark.parametrize(("weight_n", "told"), [(0.0, (UNIT,)), (2e3, ())])
+def test_a_tilt_that_only_the_ground_shows_is_said_to_rest_on_the_place(
+    weight_n: float, told: tuple[str, ...]
+) -> None:
+    """Forces show a tilt of 0.1 rad where it turns the weight by more than they are known to, 20
+    N.
+    """
+
+    def sideways(change: Change) -> Array:
+        turned = change.unit_turned
+        return np.zeros(4) if turned is None else np.tile(turned[:2], 2) * weight_n
+
+    tilt = np.array([0.0, 0.1, 0.0])
+    forces = RawGroup(
+        missing=sideways(Change(unit_turned=tilt)),
+        time_s=np.arange(4.0),
+        noise=20.0**2 * np.eye(4),
+        tolerated=np.zeros((4, 1)),
+        rows_of=sideways,
+    )
+    beside = ground(pitch=SLOPE_RAD + tilt[1]).knowing(ground())
+    ledger = ledger_of_a_unit({"forces": forces, "ground": beside})
+    assert ledger.hypothesis((UNIT,)).log_factor > 20.0
+    assert shown_by_place(ledger, (UNIT,)) == told
+    assert shown_by_place(ledger_of_a_unit({"forces": forces}), (UNIT,)) == ()
+
+
+def ledger_of_a_unit(raw: dict[str, RawGroup]) -> Ledger:
+    """The ledger of an inertial unit that may sit askew, and of nothing else."""
+    tilts = {"roll": np.array([1.0, 0.0, 0.0]), "pitch": np.array([0.0, 1.0, 0.0])}
+    signature = {name: Change(unit_turned=tilt) for name, tilt in tilts.items()}
+    groups = {key: group.whitened({UNIT: signature}) for key, group in raw.items()}
+    nothing = cast(Any, None)
+    found = {UNIT: Candidate(by_name("robot.attitude"), "body", signature)}
+    return Ledger(Balances(nothing, nothing, raw, groups, found))

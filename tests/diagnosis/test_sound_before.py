@@ -15,7 +15,7 @@ from testbed.diagnosis.robot.diagnose import LONGEST_S, check_memory, judged
 from testbed.errors import InputError
 from testbed.recording.leg_model import Parameter
 from testbed.recording.robot_model import RobotModelFile, write_robot_model
-from testbed.workflows.diagnose import Wanted, diagnose_folder, diagnose_recordings
+from testbed.workflows.diagnose import Before, Wanted, diagnose_folder, diagnose_recordings
 
 FAINT = 8192
 """A run whose load on the body is too little for a machine that knows its drawing alone."""
@@ -37,6 +37,11 @@ def test_a_rig_has_no_recording_from_before(tmp_path: Path) -> None:
         diagnose_folder(tmp_path, tmp_path / "out", Wanted(sound=tmp_path))
 
 
+def test_nothing_can_have_been_moved_since_no_recording(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--moved"):
+        diagnose_folder(tmp_path, tmp_path / "out", Wanted(moved=True))
+
+
 @pytest.mark.long
 def test_a_recording_from_before_shows_a_faint_effect() -> None:
     case = drawn(FAINT)
@@ -55,7 +60,7 @@ def test_a_commissioned_model_and_a_recording_from_before_are_not_counted_twice(
     write_robot_model(model, RobotModelFile(machine={"axes.fl_vertical.cylinder.bore_m": number}))
     run = cast(Any, SimpleNamespace(file=tmp_path / "recording.yaml"))
     with pytest.raises(InputError, match="twice"):
-        diagnose_recordings([run], model, run)
+        diagnose_recordings([run], model, Before(run))
 
 
 def test_recordings_too_long_to_be_weighed_together_are_refused(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ effect also has to predict the part of the recording that was kept back.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.bins import BIN_S, SETTLING_S
 from testbed.diagnosis.robot.by_law import weighed_by_law
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.groups import FORCES, Balances
+from testbed.diagnosis.robot.groups import FORCES, GROUND, Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.parameters import Found, found_in
 from testbed.diagnosis.robot.probabilities import (
@@ -53,6 +53,11 @@ little below this share of what the machine as believed misses there (E).
 NO_ROPES = (
     "no rope pulls; probabilities were fitted on machines that hang on theirs, and of nine sound"
     " ones that swayed on level ground without any four were given an effect"
+)
+SAME_PLACE = (
+    "{} shows by how steep the ground seems beside the earlier recording alone; that both are of one"
+    " place is known from the surveyed ropes alone, and a robot that was moved to other ground looks"
+    " the same (--moved says that it was)"
 )
 AMBIGUOUS = 3.0
 """Rivals within this of a name, in calibrated log evidence, are reported as ambiguous with it."""
@@ -97,7 +102,9 @@ class RobotDiagnosis:
     resembles: str = ""
     """The kind that an unnamed effect resembles most."""
     beyond: str = ""
-    """In what the run is unlike all that the probabilities were fitted to, in words."""
+    """In what the run is unlike all that the probabilities were fitted to, or what nobody measured
+    that a finding rests on, in words.
+    """
 
     @property
     def foretells_forces(self) -> bool:
@@ -171,7 +178,39 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
         errors={key: _errors(balances, verdict.chosen, key) for key in balances.raw},
         left_out=_left_out(ledger),
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
-        beyond=beyond_what_was_tried(balances),
+        beyond="; ".join(_doubts(ledger, verdict.chosen.names)),
+    )
+
+
+def _doubts(ledger: Ledger, names: Names) -> Iterator[str]:
+    """Why a verdict with these names is to be trusted less, in words."""
+    unlike = beyond_what_was_tried(ledger.balances)
+    if unlike:
+        yield unlike
+    yield from map(SAME_PLACE.format, shown_by_place(ledger, names))
+
+
+def shown_by_place(ledger: Ledger, names: Names) -> tuple[str, ...]:
+    """The effects of a set that only show because the ground is as steep as it was: without that
+    balance their names would raise the evidence of the others by less than VISIBLE, and it is worth
+    AMBIGUOUS or more.
+    """
+    balances = ledger.balances
+    if GROUND not in balances.groups:
+        return ()
+    raw = {key: group for key, group in balances.raw.items() if key != GROUND}
+    groups = {key: group for key, group in balances.groups.items() if key != GROUND}
+    elsewhere = Ledger(replace(balances, raw=raw, groups=groups))
+
+    def worth(name: str, of: Ledger) -> float:
+        rest = tuple(other for other in names if other != name)
+        return of.hypothesis(names).log_factor - of.hypothesis(rest).log_factor
+
+    left = {name: worth(name, elsewhere) for name in names}
+    return tuple(
+        name
+        for name, worth_elsewhere in left.items()
+        if worth_elsewhere < VISIBLE and worth(name, ledger) - worth_elsewhere >= AMBIGUOUS
     )
 
 
