@@ -8,6 +8,7 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import signal
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -105,6 +106,8 @@ OBJECTS_A_LOOK = 50_000
 """New objects after which Python looks for those that nothing needs any more: with its own 700 a
 start spends a tenth of its time on looking through modules that stay.
 """
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, as shells have it."""
 
 
 @cache
@@ -129,8 +132,7 @@ def main() -> None:
         with user_code():
             status = _command()(arguments, prog_name="testbed", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
-        print("testbed: interrupted", file=sys.stderr)
-        status = 130
+        status = INTERRUPTED
     except BrokenPipeError:  # the reader of a pipe has seen enough
         sys.stdout = None
         status = 0
@@ -138,6 +140,9 @@ def main() -> None:
         if debug:
             raise
         status = _report(error)
+    if status == INTERRUPTED:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends: a further one is not another fault
+        print("testbed: interrupted", file=sys.stderr)
     sys.exit(status if isinstance(status, int) else 0)
 
 

@@ -11,12 +11,14 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor
+from concurrent.futures import wait as wait_for_answers
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
+from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
 from testbed.errors import InputError, extra
@@ -26,6 +28,8 @@ Item = TypeVar("Item")
 Answer = TypeVar("Answer")
 CONNECT_S = 10.0
 """How long a scheduler may take to answer."""
+LOOK_S = 0.1
+"""How long a Ctrl-C may go unheard while items are waited for."""
 _stopped, _at_work = threading.Event(), threading.Event()
 
 
@@ -156,21 +160,75 @@ def _in_processes(
 def _pool_answers(
     work: Callable[[Item], Answer], todo: Mapping[int, Item], jobs: int
 ) -> Generator[tuple[int, Answer | None]]:
-    """Answers by the items' numbers, as they come; None for one that was stopped."""
+    """Answers by the items' numbers, as they come; None once a Ctrl-C was heard.
+
+    The answers of items that it ended are not looked at: what they kept is in their files.
+    """
     others = active_children()
-    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_begin)
-    try:
-        waiting = {pool.submit(_unless_stopped, work, item): n for n, item in todo.items()}
-        for future in as_completed(waiting):
-            yield waiting[future], future.result()
-    finally:
+    with _heard_between_answers() as ctrl_c:
+        pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_begin)
         try:
-            pool.shutdown(wait=True, cancel_futures=True)
-        except KeyboardInterrupt:
-            for process in active_children():
-                if process not in others:
-                    process.kill()  # the end of this process would wait for it
-            raise
+            waiting = {pool.submit(_unless_stopped, work, item): n for n, item in todo.items()}
+            while waiting and not ctrl_c.times:
+                done, _ = wait_for_answers(waiting, LOOK_S, FIRST_COMPLETED)
+                for future in done if not ctrl_c.times else ():
+                    with ctrl_c.raised():
+                        yield waiting.pop(future), future.result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+            _end([process for process in active_children() if process not in others], ctrl_c)
+        if ctrl_c.times:
+            yield 0, None
+
+
+@dataclass
+class _CtrlC:
+    """How often Ctrl-C was heard since this process hands out work."""
+
+    times: int = 0
+    raises: bool = False
+
+    def heard(self, *_: object) -> None:
+        """A signal's handler."""
+        self.times += 1
+        if self.raises:
+            raise KeyboardInterrupt
+
+    @contextmanager
+    def raised(self) -> Iterator[None]:
+        """While the caller is at work on an answer, Ctrl-C interrupts it where it is."""
+        self.raises = True
+        try:
+            yield
+        finally:
+            self.raises = False
+
+
+@contextmanager
+def _heard_between_answers() -> Iterator[_CtrlC]:
+    """Ctrl-C is counted, not raised: raised in the middle of a lock of the pool it would leave that
+    pool without an end.
+
+    Without effect outside the main thread and where Ctrl-C is ignored.
+    """
+    ctrl_c = _CtrlC()
+    before = signal.getsignal(signal.SIGINT)
+    here = threading.current_thread() is threading.main_thread() and before is not signal.SIG_IGN
+    if here:
+        signal.signal(signal.SIGINT, ctrl_c.heard)
+    try:
+        yield ctrl_c
+    finally:
+        if here:
+            signal.signal(signal.SIGINT, before)
+
+
+def _end(processes: list[BaseProcess], ctrl_c: _CtrlC) -> None:
+    """Wait until they have ended; from a second Ctrl-C on they are killed."""
+    while any(process.is_alive() for process in processes):
+        for process in processes if ctrl_c.times > 1 else ():
+            process.kill()
+        wait([process.sentinel for process in processes if process.is_alive()], LOOK_S)
 
 
 def single_threaded() -> None:

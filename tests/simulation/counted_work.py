@@ -35,3 +35,14 @@ def killing(_: int) -> int:
     """Kills its own process."""
     os.kill(os.getpid(), signal.SIGKILL)
     return 0
+
+
+def stubborn(item: tuple[str, int]) -> int:
+    """Never ends by itself; marks in the folder say that it began, and that it heard Ctrl-C."""
+    folder, number = item
+    (Path(folder) / f"began-{number}").touch()
+    while True:
+        try:
+            time.sleep(600.0)
+        except KeyboardInterrupt:
+            (Path(folder) / f"heard-{number}").touch()

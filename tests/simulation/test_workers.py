@@ -6,6 +6,9 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
+import time
 from collections import Counter
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -40,3 +43,38 @@ def test_one_process_works_here(tmp_path: Path) -> None:
     assert list(work_through(work, [(str(tmp_path), 3)], Workers(1))) == [9]
     assert next(tmp_path.glob("ended-3-*")).name.split("-")[2] == str(os.getpid())
     assert signal.getsignal(signal.SIGINT) is before
+
+
+STUBBORN = """
+from counted_work import stubborn
+from testbed.simulation.workers import Workers, work_through
+list(work_through(stubborn, [({folder!r}, 0), ({folder!r}, 1)], Workers(2)))
+"""
+
+
+@pytest.mark.slow
+def test_a_second_interrupt_ends_work_that_the_first_one_did_not(tmp_path: Path) -> None:
+    def told(word: str) -> None:
+        deadline = time.monotonic() + 120
+        while len(list(tmp_path.glob(f"{word}-*"))) < 2:
+            assert time.monotonic() < deadline, f"nobody {word}"
+            time.sleep(0.02)
+
+    path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    process = subprocess.Popen(
+        [sys.executable, "-c", STUBBORN.format(folder=str(tmp_path))],
+        env={**os.environ, "PYTHONPATH": path},
+        start_new_session=True,
+        stderr=subprocess.PIPE,
+    )
+    try:
+        for word in ("began", "heard"):
+            told(word)
+            assert process.poll() is None
+            os.killpg(process.pid, signal.SIGINT)
+        _, said = process.communicate(timeout=60)  # the pipe closes once every process is gone
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+    assert process.returncode == -signal.SIGINT, said.decode()
+    assert said.decode().rstrip().endswith("KeyboardInterrupt")
