@@ -132,6 +132,7 @@ def main() -> None:
         with user_code():
             status = _command()(arguments, prog_name="testbed", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
+        print("testbed: interrupted", file=sys.stderr)
         status = INTERRUPTED
     except BrokenPipeError:  # the reader of a pipe has seen enough
         sys.stdout = None
@@ -142,7 +143,6 @@ def main() -> None:
         status = _report(error)
     if status == INTERRUPTED:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends: a further one is not another fault
-        print("testbed: interrupted", file=sys.stderr)
     sys.exit(status if isinstance(status, int) else 0)
 
 

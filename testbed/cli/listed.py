@@ -7,6 +7,7 @@ from __future__ import annotations
 from itertools import groupby
 from typing import Any
 
+import typer
 from typer.core import TyperGroup
 
 HEADINGS = {
@@ -19,7 +20,16 @@ HEADINGS = {
 
 
 class CommandList(TyperGroup):
-    """A program whose help cuts no description off."""
+    """A program whose help cuts no description off, and that Ctrl-C aborts."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command. Raises typer.Abort on Ctrl-C, which would else be an exit status that
+        nobody explains.
+        """
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as interrupt:
+            raise typer.Abort from interrupt
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write a section for each family, in the order of the commands."""
