@@ -131,7 +131,8 @@ class Weighed:
         rest = (1.0 - self.unnamed) * numbers["rest"] * self.left
         bent = numbers["form_here"] * self.here + numbers["form"] * self.elsewhere
         added = tempered(self.gain - bent, numbers["much"])
-        beside = self.two * (numbers["share_second"] * added - numbers["two"]) - rest
+        second = np.where(self.here > 0.0, numbers["share_second"], numbers["share"])
+        beside = self.two * (second * added - numbers["two"]) - rest
         out = np.asarray(share * tempered(self.lead, numbers["much"]) + beside - price)
         named = self.unnamed == 0.0
         if named.any():
