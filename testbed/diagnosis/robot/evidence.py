@@ -98,7 +98,8 @@ class RawGroup:
         S is all that its tolerances leave; beside the share `recalled` [RECALLED] of them, for
         another motion asks for them in another way than its linear model says.
         """
-        known = whiten(sound.missing, {"": sound.tolerated}, np.linalg.cholesky(sound.noise))
+        root = np.asarray(np.linalg.cholesky(sound.noise), dtype=np.float64)
+        known = whiten(sound.missing, {"": sound.tolerated}, root)
         columns = known.columns[""]
         one = np.eye(columns.shape[1])
         left = np.linalg.inv(one + columns.T @ columns)
@@ -120,7 +121,8 @@ class RawGroup:
 
     def root(self) -> Array:
         """(rows, rows) lower Cholesky factor of its covariance in sound machines."""
-        return np.asarray(np.linalg.cholesky(self.noise + self.tolerated @ self.tolerated.T))
+        whole = self.noise + self.tolerated @ self.tolerated.T
+        return np.asarray(np.linalg.cholesky(whole), dtype=np.float64)
 
     def unpredicted(self, until_s: float, signatures: Sequence[Signature]) -> tuple[float, float]:
         """RMS of what is missing after `until_s`, predicted from what is before by a sound

@@ -18,8 +18,8 @@ from scipy.linalg import solve_triangular
 
 from testbed.diagnosis.robot.evidence import PIECE_S
 from testbed.diagnosis.robot.groups import Balances
+from testbed.formats.arrays import Array, Flags
 
-Array = npt.NDArray[np.float64]
 PARTS = 4
 """Of so many parts of a recording each must be foretold from the others; they take turns, piece by
 piece, so that each of them has a bit of all that moved.
@@ -47,7 +47,7 @@ class Alone:
         self._roots: dict[str, Array] = {}
         self._kept: dict[str, dict[str, Array]] = {}
 
-    def log_factors(self, name: str, others: tuple[str, ...], numbers: Array) -> Array:
+    def log_factors(self, name: str, others: tuple[str, ...], numbers: Flags) -> Array:
         """(PARTS,) ln of the evidence that the shape of an effect adds to these others, which are
         there all the time, where it is in one part alone; `numbers` (r,): which of its numbers are
         not held at 0.
