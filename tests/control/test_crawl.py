@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -228,6 +229,32 @@ def test_ropes_keep_the_pull_along_the_slope_wherever_the_body_goes() -> None:
     )
     slack = RopeHold(ANCHORS, shipped_model().rope_attachments_m, np.zeros(2))
     assert not slack.rates_m_s(np.zeros(3), before, 1.0, np.zeros(2)).any()
+
+
+def test_ropes_whose_pull_a_program_shares_out_are_hauled_with_the_body_alone() -> None:
+    """A rope that pulls a fifth of the other and lacks a quarter of that keeps nobody waiting: it
+    lacks a twelfth of their mean.
+    """
+    tension, still = np.array([0.2, 1.0]) * TENSION, np.zeros(3)
+    attachments = shipped_model().rope_attachments_m
+    own = RopeHold(ANCHORS, attachments, tension)
+    shared = replace(own, shared=True)
+    lacking = tension * [0.75, 1.0]
+    assert own.readiness(still, lacking) == 0.0
+    slack_share, taut_share = 0.80, 0.92
+    wanted = (1.0 - 0.05 / 0.6 - slack_share) / (taut_share - slack_share)
+    assert shared.readiness(still, lacking) == pytest.approx(wanted, abs=1e-9)
+    assert shared.readiness(still, 0.5 * tension) == 0.0
+    before = np.array([-0.01, 0.0, 0.0])
+    assert (
+        own.rates_m_s(still, before, 1.0, lacking)[0]
+        < own.rates_m_s(still, before, 1.0, tension)[0]
+    )
+    np.testing.assert_allclose(
+        shared.rates_m_s(still, before, 1.0, lacking),
+        own.rates_m_s(still, before, 1.0, tension),
+        rtol=1e-12,
+    )
 
 
 def test_ropes_turn_the_body_by_what_they_pull_more_until_its_load_lies_in_the_middle() -> None:

@@ -63,13 +63,15 @@ class RopeHold:
     tension_n: Array
     """(2,) at the start; zeros: no ropes."""
     scale: Scale = ROBOCLIMBER
+    shared: bool = False
+    """Whether somebody else says how the ropes share the pull: here they are only hauled with the
+    body, and what one of them lacks counts by the mean of both."""
 
     def __post_init__(self) -> None:
         self._any = bool(self.tension_n.any())
         speed = self.scale.speed
-        self._keeping = TensionGains(
-            speed / self.scale.force * TENSION_GAIN_M_S_N, speed * CORRECTION_M_S
-        )
+        gain_m_s_n = 0.0 if self.shared else speed / self.scale.force * TENSION_GAIN_M_S_N
+        self._keeping = TensionGains(gain_m_s_n, speed * CORRECTION_M_S)
         self.ways_m: Array = self.anchors_m - self.attachments_m
         """(2, 3) from attachments to anchors with the body at the start."""
         self.pull_n: Array = (self.tension_n @ self.directions(np.zeros(3)))[:2]
@@ -140,7 +142,8 @@ class RopeHold:
         """
         if not self._any:
             return 1.0
-        share: float = rope_readiness(self.ways_m, self.pull_n, body, measured_n, part)
+        ways, pull, shared = self.ways_m, self.pull_n, float(self.shared)
+        share: float = rope_readiness(ways, pull, body, measured_n, part, shared)
         return share
 
     def _wanted(self, body: Array) -> tuple[float, float]:
@@ -187,16 +190,18 @@ def wanted_at(ways: Any, pull: Any, body: Any) -> tuple[float, float]:
 
 
 @njit
-def rope_readiness(ways: Any, pull: Any, body: Any, measured_n: Any, part: float) -> float:
-    """See RopeHold.readiness."""
+def rope_readiness(
+    ways: Any, pull: Any, body: Any, measured_n: Any, part: float, shared: float
+) -> float:
+    """See RopeHold.readiness; shared: 0/1."""
     least, most, wanted = np.inf, -np.inf, wanted_at(ways, pull, body)
+    mean = 0.5 * (wanted[0] + wanted[1])
     for index in range(2):
         if wanted[index] > 0.0:
-            least, most = (
-                min(least, measured_n[index] / wanted[index]),
-                max(most, measured_n[index] / wanted[index]),
-            )
-    least, most = 1.0 + (least - 1.0) / part, 1.0 + (most - 1.0) / part
+            off_n = measured_n[index] - wanted[index]
+            of_n = max(wanted[index], shared * mean)
+            least, most = min(least, off_n / of_n), max(most, off_n / of_n)
+    least, most = 1.0 + least / part, 1.0 + most / part
     slack = (least - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
     tight = (TIGHT_SHARE - most) / (TIGHT_SHARE - FIRM_SHARE)
     return min(max(min(slack, tight), 0.0), 1.0)
