@@ -123,7 +123,7 @@ def gait_of(scenario: Scenario, start: BelievedStart, own: OwnParts = NOTHING_OW
 
         field = "control.distribution" if own.controller is None else "controller"
         planner = controller(chosen, field)
-        layers.append(distribution(start.robot, start.rope_directions_in_body, planner))
+        layers.append(distribution(start.robot, start.ropes_in_body, planner))
     if scenario.control.supervisor:
         layers.append(Supervisor())
     return Layered(gait, tuple(layers)) if layers else gait
