@@ -232,27 +232,25 @@ def test_ropes_keep_the_pull_along_the_slope_wherever_the_body_goes() -> None:
 
 
 def test_ropes_whose_pull_a_program_shares_out_are_hauled_with_the_body_alone() -> None:
-    """A rope that pulls a fifth of the other and lacks a quarter of that keeps nobody waiting: it
-    lacks a twelfth of their mean.
+    """Ropes that pull otherwise than they did, but as much together, keep nobody waiting; a body on
+    a tenth less than it had waits for a sixth of its speed.
     """
-    tension, still = np.array([0.2, 1.0]) * TENSION, np.zeros(3)
-    attachments = shipped_model().rope_attachments_m
-    own = RopeHold(ANCHORS, attachments, tension)
+    still, before = np.zeros(3), np.array([-0.01, 0.0, 0.0])
+    own = RopeHold(ANCHORS, shipped_model().rope_attachments_m, TENSION)
     shared = replace(own, shared=True)
-    lacking = tension * [0.75, 1.0]
-    assert own.readiness(still, lacking) == 0.0
+    along = own.directions(still)[:, :2] @ own.pull_n / np.hypot(*own.pull_n)
+    other = TENSION + 0.3 * TENSION.mean() * np.array([1.0 / along[0], -1.0 / along[1]])
+    assert own.readiness(still, other) == 0.0 and shared.readiness(still, other) == 1.0
     slack_share, taut_share = 0.80, 0.92
-    wanted = (1.0 - 0.05 / 0.6 - slack_share) / (taut_share - slack_share)
-    assert shared.readiness(still, lacking) == pytest.approx(wanted, abs=1e-9)
-    assert shared.readiness(still, 0.5 * tension) == 0.0
-    before = np.array([-0.01, 0.0, 0.0])
+    wanted = (0.9 - slack_share) / (taut_share - slack_share)
+    assert shared.readiness(still, 0.9 * TENSION) == pytest.approx(wanted)
+    assert shared.readiness(still, 0.5 * TENSION) == shared.readiness(still, 1.5 * TENSION) == 0.0
     assert (
-        own.rates_m_s(still, before, 1.0, lacking)[0]
-        < own.rates_m_s(still, before, 1.0, tension)[0]
+        own.rates_m_s(still, before, 1.0, other)[0] > own.rates_m_s(still, before, 1.0, TENSION)[0]
     )
     np.testing.assert_allclose(
-        shared.rates_m_s(still, before, 1.0, lacking),
-        own.rates_m_s(still, before, 1.0, tension),
+        shared.rates_m_s(still, before, 1.0, other),
+        own.rates_m_s(still, before, 1.0, TENSION),
         rtol=1e-12,
     )
 

@@ -65,7 +65,7 @@ class RopeHold:
     scale: Scale = ROBOCLIMBER
     shared: bool = False
     """Whether somebody else says how the ropes share the pull: here they are only hauled with the
-    body, and what one of them lacks counts by the mean of both."""
+    body, which waits for what both lack together."""
 
     def __post_init__(self) -> None:
         self._any = bool(self.tension_n.any())
@@ -142,7 +142,7 @@ class RopeHold:
         """
         if not self._any:
             return 1.0
-        ways, pull, shared = self.ways_m, self.pull_n, float(self.shared)
+        ways, pull, shared = self.ways_m, self.pull_n, self.shared
         share: float = rope_readiness(ways, pull, body, measured_n, part, shared)
         return share
 
@@ -191,20 +191,33 @@ def wanted_at(ways: Any, pull: Any, body: Any) -> tuple[float, float]:
 
 @njit
 def rope_readiness(
-    ways: Any, pull: Any, body: Any, measured_n: Any, part: float, shared: float
+    ways: Any, pull: Any, body: Any, measured_n: Any, part: float, shared: bool
 ) -> float:
-    """See RopeHold.readiness; shared: 0/1."""
-    least, most, wanted = np.inf, -np.inf, wanted_at(ways, pull, body)
-    mean = 0.5 * (wanted[0] + wanted[1])
-    for index in range(2):
-        if wanted[index] > 0.0:
-            off_n = measured_n[index] - wanted[index]
-            of_n = max(wanted[index], shared * mean)
-            least, most = min(least, off_n / of_n), max(most, off_n / of_n)
-    least, most = 1.0 + least / part, 1.0 + most / part
+    """See RopeHold.readiness."""
+    if shared:
+        least = most = pull_share(ways, pull, body, measured_n)
+    else:
+        least, most, wanted = np.inf, -np.inf, wanted_at(ways, pull, body)
+        for index in range(2):
+            if wanted[index] > 0.0:
+                share = measured_n[index] / wanted[index]
+                least, most = min(least, share), max(most, share)
+    least, most = 1.0 + (least - 1.0) / part, 1.0 + (most - 1.0) / part
     slack = (least - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
     tight = (TIGHT_SHARE - most) / (TIGHT_SHARE - FIRM_SHARE)
-    return min(max(min(slack, tight), 0.0), 1.0)
+    return float(min(max(min(slack, tight), 0.0), 1.0))
+
+
+@njit
+def pull_share(ways: Any, pull: Any, body: Any, measured_n: Any) -> float:
+    """How much of the wanted `pull` (2) along the slope both ropes have together, 1."""
+    directions = np.empty((2, 3))
+    rope_directions(ways, body, directions)
+    along = 0.0
+    for index in range(2):
+        onto = directions[index, 0] * pull[0] + directions[index, 1] * pull[1]
+        along += measured_n[index] * onto
+    return float(along / (pull[0] * pull[0] + pull[1] * pull[1]))
 
 
 @njit
