@@ -21,6 +21,7 @@ from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import DataRow
 from testbed.robot.model import RobotModel
 from testbed.robot.robot import LegKinematics, Robot
+from testbed.robot.rope_bearings import SurveyedRopes
 
 REST_1_S = 1.0e-7
 """A set point slower than this, rad/s or m/s, counts as resting: the valve loop may then close its
@@ -276,6 +277,12 @@ class BelievedStart:
     def legs(self) -> LegKinematics:
         """Feet from joints and joints from feet."""
         return self.robot.legs
+
+    @property
+    def ropes_in_body(self) -> SurveyedRopes:
+        """The ropes as surveyed."""
+        ways = self.anchors_in_body_m - self.model.rope_attachments_m
+        return SurveyedRopes(self.rope_directions_in_body, np.linalg.norm(ways, axis=1))
 
     @property
     def model(self) -> RobotModel:

@@ -34,6 +34,15 @@ class RopeDirections(Checked):
     """of the right rope"""
 
 
+class RopeLengths(Checked):
+    """From the traction devices to the anchors."""
+
+    left: float = Field(gt=0.0)
+    """of the left rope [m]"""
+    right: float = Field(gt=0.0)
+    """of the right rope [m]"""
+
+
 class Surveyed(Checked):
     """What was measured before the run."""
 
@@ -50,6 +59,10 @@ class Surveyed(Checked):
     rope_stiffness_n_m: float | None = Field(default=None, gt=0.0)
     """EA over length of each rope as it hangs [N/m]; null: nobody knows, and whether the ropes are
     others is not looked for
+    """
+    rope_lengths_m: RopeLengths | None = None
+    """from the traction devices to the anchors [m]; null: nobody knows, and the ropes are taken not
+    to turn as the machine climbs
     """
     drills: bool = True
     """false: the drill never pushed. Of a recording without `ordered_thrust` nobody else knows, and

@@ -104,7 +104,7 @@ def replay_controller(
     chosen, run = controller(name), read_run(folder, truth=False)
     rows = rows_of(run.data)
     start = recorded_start(load_scenario(run.folder / "scenario.yaml"), Measured(rows[:1]))
-    statics = Statics(start.robot.model, start.robot.machine, start.rope_directions_in_body)
+    statics = Statics(start.robot.model, start.robot.machine, start.ropes_in_body)
     seen, given = rows_at_ticks(rows), []
     with user_code():
         for row in seen:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from testbed.recording.robot import RobotHeader, RobotRecording
     from testbed.recording.survey import Surveyed
     from testbed.robot.robot import Robot
+    from testbed.robot.rope_bearings import SurveyedRopes
     from testbed.world.believed_robot import BelievedRobot
 
 SHIPPED = "own"
@@ -250,7 +251,7 @@ def with_body(
         believed = believed.unsure_of_ropes(survey.ropes_sd_rad)
     with believed.bodies() as urdf:
         model = RobotModel(urdf, payload, survey.rope_height_m)
-        return believed.with_body(belief, model, survey.ropes_in_world, tuning)
+        return believed.with_body(belief, model, survey.ropes, tuning)
 
 
 def _with_unsurveyed_body(belief: Believed, believed: BelievedRobot) -> Believed:
@@ -259,11 +260,11 @@ def _with_unsurveyed_body(belief: Believed, believed: BelievedRobot) -> Believed
     """
     from testbed.estimation.live.body_belief import OwnTuning, unsurveyed
     from testbed.robot.model import RobotModel
+    from testbed.robot.rope_bearings import NO_ROPES
 
-    nowhere = np.zeros((len(SIDES), 3))
     with believed.bodies() as urdf:
         model = RobotModel(urdf)
-        return believed.with_body(belief, model, nowhere, unsurveyed(OwnTuning()))
+        return believed.with_body(belief, model, NO_ROPES, unsurveyed(OwnTuning()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,6 +280,15 @@ class Survey:
     """How far the directions may be off, either way; None: by the tolerances."""
     rope_stiffness_n_m: float | None = None
     """Of each rope as it hangs; None: nobody knows."""
+    rope_lengths_m: Array | None = None
+    """(2,) from the attachments to the anchors; None: nobody knows."""
+
+    @property
+    def ropes(self) -> SurveyedRopes:
+        """The ropes, world frame."""
+        from testbed.robot.rope_bearings import SurveyedRopes
+
+        return SurveyedRopes.leading(self.ropes_in_world, self.rope_lengths_m)
 
     def robot(self, machine: Machine) -> Robot:
         """This machine as it was loaded and roped."""
@@ -299,7 +309,10 @@ def survey_of(surveyed: object, file: Path) -> Survey:
     ropes = np.array([getattr(directions, side) for side in SIDES])
     ropes /= np.linalg.norm(ropes, axis=1, keepdims=True)
     height_m, sd_rad = found.rope_attachment_height_m, found.rope_directions_sd_rad
-    return Survey(ropes, found.payload_kg, height_m, sd_rad, found.rope_stiffness_n_m)
+    lengths = found.rope_lengths_m
+    lengths_m = None if lengths is None else np.array([getattr(lengths, side) for side in SIDES])
+    stiffness = found.rope_stiffness_n_m
+    return Survey(ropes, found.payload_kg, height_m, sd_rad, stiffness, lengths_m)
 
 
 def checked_survey(surveyed: object, file: Path) -> Surveyed:

@@ -20,6 +20,7 @@ from testbed.recording.rows import DrillKnown
 from testbed.robot.loads.foot_loads import Expectation, ExpectedLoads
 from testbed.robot.model import RobotModel
 from testbed.robot.robot import Robot
+from testbed.robot.rope_bearings import SurveyedRopes
 from testbed.scenario.machines import Machines
 from testbed.scenario.scenario import Scenario
 from testbed.world.believed_robot import BelievedRobot, believed_robot
@@ -222,8 +223,8 @@ def _electronics(
     return {
         "start_events": thrust_events(scenario.drilling, thrust),
         "thrust": thrust,
-        "chain": _chain(scenario, believed, belief, start.surveyed_directions),
-        "expectation": Expectation(expected, start.surveyed_directions),
+        "chain": _chain(scenario, believed, belief, start.surveyed_ropes),
+        "expectation": Expectation(expected, start.surveyed_ropes),
         "gait": gait_of(scenario, _believed_start(belief, start, scenario), own),
     }
 
@@ -244,7 +245,7 @@ def _believed_start(belief: Robot, start: Start, scenario: Scenario) -> Believed
 
 
 def _chain(
-    scenario: Scenario, believed: BelievedRobot, robot: Robot, rope_directions: Array
+    scenario: Scenario, believed: BelievedRobot, robot: Robot, ropes: SurveyedRopes
 ) -> EstimatorChain:
     belief = believed.legs(1.0 / scenario.rates.estimator_hz)
     wanted = {
@@ -255,4 +256,4 @@ def _chain(
     }
     changes: dict[str, Any] = {name: value for name, value in wanted.items() if value is not None}
     belief = replace(belief, tuning=replace(belief.tuning, **changes))
-    return EstimatorChain(believed.with_body(belief, robot.model, rope_directions))
+    return EstimatorChain(believed.with_body(belief, robot.model, ropes))

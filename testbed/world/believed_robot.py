@@ -42,6 +42,7 @@ from testbed.recording.robot_model import (
     read_robot_model,
 )
 from testbed.robot.model import RobotModel
+from testbed.robot.rope_bearings import SurveyedRopes
 from testbed.scenario.machines import WORKSHOP
 from testbed.world.undeclared import attachments_of, bodies_of, hidden_of
 
@@ -113,10 +114,12 @@ class BelievedRobot:
         self,
         belief: Believed,
         model: RobotModel,
-        rope_directions_in_world: NDArray[Any],
+        surveyed: SurveyedRopes,
         tuning: OwnTuning | None = None,
     ) -> Believed:
-        """`belief` with the whole machine in it, sensors' errors included."""
+        """`belief` with the whole machine in it, sensors' errors included; surveyed: in the world
+        frame.
+        """
         hidden = self.of_body or Hidden()
         ropes = list(hidden.ropes.values())
         body = body_of(
@@ -124,7 +127,7 @@ class BelievedRobot:
             model,
             belief.legs,
             belief.dt_s,
-            turned_ropes(rope_directions_in_world, hidden),
+            replace(surveyed, directions=turned_ropes(surveyed.directions, hidden)),
             tuning,
             sure=self.sure,
             effects=self.of_cylinders,

@@ -17,6 +17,7 @@ from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, VERTICAL
 from testbed.robot.loads.foot_loads import ExpectedLoads, rods_wrench
 from testbed.robot.model import RobotModel
+from testbed.robot.rope_bearings import SurveyedRopes
 from testbed.scenario.parts import Robot
 from testbed.scenario.scenario import Scenario
 from testbed.world.engine import Engine
@@ -55,10 +56,17 @@ class Start:
     surveyed_anchors_m: Array
     """Where people believe the anchors to be; the directions that this gives."""
     surveyed_directions: Array
+    surveyed_distances_m: Array
+    """(2,) of these anchors from where the ropes are attached."""
     rope_tension_n: Array
     raised: bool
     """Whether it stands on its feet; else it may lie on its belly."""
     footing: Footing | None
+
+    @property
+    def surveyed_ropes(self) -> SurveyedRopes:
+        """The ropes as people believe them to lead, world frame."""
+        return SurveyedRopes(self.surveyed_directions, self.surveyed_distances_m)
 
 
 def nominal_joints(scenario: Scenario) -> Array:
@@ -129,6 +137,7 @@ def find_start(
         rope_directions=directions,
         surveyed_anchors_m=surveyed,
         surveyed_directions=_towards(surveyed, drawn),
+        surveyed_distances_m=np.linalg.norm(surveyed - drawn, axis=1),
         rope_tension_n=tension,
         raised=raised,
         footing=footing,

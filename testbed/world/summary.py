@@ -43,9 +43,10 @@ def surveyed(simulation: Simulation) -> dict[str, Any]:
     machine: its URDF, how far it may be from its drawing.
     """
     scenario, urdf = simulation.scenario, simulation.machines.belief.urdf
-    directions = simulation.machine.expectation.rope_directions_in_world
+    ropes = simulation.machine.expectation.surveyed
     return {
-        "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
+        "rope_directions_in_world": {s: ropes.directions[k].tolist() for k, s in enumerate(SIDES)},
+        "rope_lengths_m": {s: float(ropes.distances_m[k]) for k, s in enumerate(SIDES)},
         "rope_attachment_height_m": scenario.ropes.attachment_height_m,
         "rope_stiffness_n_m": rope_stiffness_n_m(scenario.ropes),
         "payload_kg": scenario.carried_kg,

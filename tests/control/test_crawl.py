@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -228,6 +229,30 @@ def test_ropes_keep_the_pull_along_the_slope_wherever_the_body_goes() -> None:
     )
     slack = RopeHold(ANCHORS, shipped_model().rope_attachments_m, np.zeros(2))
     assert not slack.rates_m_s(np.zeros(3), before, 1.0, np.zeros(2)).any()
+
+
+def test_ropes_whose_pull_a_program_shares_out_are_hauled_with_the_body_alone() -> None:
+    """Ropes that pull otherwise than they did, but as much together, keep nobody waiting; a body on
+    a tenth less than it had waits for a sixth of its speed.
+    """
+    still, before = np.zeros(3), np.array([-0.01, 0.0, 0.0])
+    own = RopeHold(ANCHORS, shipped_model().rope_attachments_m, TENSION)
+    shared = replace(own, shared=True)
+    along = own.directions(still)[:, :2] @ own.pull_n / np.hypot(*own.pull_n)
+    other = TENSION + 0.3 * TENSION.mean() * np.array([1.0 / along[0], -1.0 / along[1]])
+    assert own.readiness(still, other) == 0.0 and shared.readiness(still, other) == 1.0
+    slack_share, taut_share = 0.80, 0.92
+    wanted = (0.9 - slack_share) / (taut_share - slack_share)
+    assert shared.readiness(still, 0.9 * TENSION) == pytest.approx(wanted)
+    assert shared.readiness(still, 0.5 * TENSION) == shared.readiness(still, 1.5 * TENSION) == 0.0
+    assert (
+        own.rates_m_s(still, before, 1.0, other)[0] > own.rates_m_s(still, before, 1.0, TENSION)[0]
+    )
+    np.testing.assert_allclose(
+        shared.rates_m_s(still, before, 1.0, other),
+        own.rates_m_s(still, before, 1.0, TENSION),
+        rtol=1e-12,
+    )
 
 
 def test_ropes_turn_the_body_by_what_they_pull_more_until_its_load_lies_in_the_middle() -> None:

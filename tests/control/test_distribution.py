@@ -28,6 +28,7 @@ from testbed.control.layers import OFFSET_SPEED_M_S, Trim, haul, hauling
 from testbed.errors import InputError
 from testbed.machine.names import VERTICAL
 from testbed.machine.scale import ROBOCLIMBER
+from testbed.robot.rope_bearings import SurveyedRopes
 
 WEIGHT_N = 4000 * 9.81
 
@@ -45,7 +46,7 @@ def _balance(
     legs: tuple[int, ...] = (0, 1, 2, 3),
 ) -> Balance:
     slope = np.radians(slope_deg)
-    statics = Statics(shipped_model(), MACHINE, np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+    statics = Statics(shipped_model(), MACHINE, SurveyedRopes.along(30.0 * np.eye(3)[[0, 0]]))
     measured = Measured.of(
         position=_posture(),
         load=WEIGHT_N * np.cos(slope) / 4,

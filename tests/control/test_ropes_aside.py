@@ -11,7 +11,9 @@ import pytest
 from shipped import shipped_model
 from walking_machine import believed_start, scenario
 
+import testbed
 from testbed.control.gaits.crawl.posture import friction_share, nearest_deg, widest_deg
+from testbed.scenario.scenario import load_scenario
 from testbed.world.start import TAUT_SHARE, straight_shares
 
 
@@ -48,3 +50,14 @@ def test_the_least_friction_of_any_posture_by_hand(
     by_hand = np.sin(np.radians(nearest)) * np.tan(np.radians(60.0)) / 0.65
     assert friction_share(start) == pytest.approx(by_hand, abs=1e-9)
     assert widest_deg(start) == pytest.approx(22.04, abs=0.01)
+
+
+@pytest.mark.slow
+def test_a_crawl_sets_off_where_a_program_shares_out_ropes_that_pull_from_one_side() -> None:
+    changes = ["ropes.azimuth_deg=30", "ropes.anchor_spread_m=40", "ropes.pull=straight"]
+    changes += ["terrain.slope_deg=60", "robot.rotation_deg=[12,-12,-12,12]", "robot.radial_m=0.19"]
+    changes += ["control.distribution=qp", "duration_s=12"]
+    with testbed.simulate(load_scenario("crawl_slope_45", changes)) as run:
+        while not run.finished:
+            run.step(1000)
+        assert run.summary()["climbed_m"] > 0.12

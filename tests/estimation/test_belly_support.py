@@ -18,6 +18,7 @@ from testbed.recording.rows import DataRow
 from testbed.robot.linkage import Linkages
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import attitude_gravity
+from testbed.robot.rope_bearings import NO_ROPES
 
 MODEL, MACHINE = shipped_model(), build_machine()
 BELIEF = Believed.from_machine(MACHINE, 1e-3)
@@ -48,7 +49,7 @@ def pressure_a_pa(carried: float, lies: dict[int, float], slides: bool) -> np.nd
 
 
 def bodies() -> np.ndarray:
-    return body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, np.zeros((2, 3)))
+    return body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, NO_ROPES)
 
 
 def lowered(

@@ -22,6 +22,7 @@ from testbed.recording.rows import DataRow
 from testbed.robot.linkage import Linkages
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import attitude_gravity
+from testbed.robot.rope_bearings import NO_ROPES
 
 MODEL, MACHINE = shipped_model(), build_machine()
 BELIEF = Believed.from_machine(MACHINE, 1e-3)
@@ -38,7 +39,7 @@ def standing(tuning: OwnTuning, *shares: tuple[float, int]) -> tuple[np.ndarray,
     turn.
     """
     sure = Uncertainty(None)
-    body = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, np.zeros((2, 3)), tuning, sure)
+    body = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, NO_ROPES, tuning, sure)
     chain, row = EstimatorChain(replace(BELIEF, body=body)), DataRow.zeros()
     row["specific_force"], row["pressure_b"], row["carrying"] = -LEVEL, ROD_SIDE_PA, 1.0
     row["oil_temperature"], row["supply_pressure"], row["position"] = 40.0, 9.0e6, STANCE

@@ -22,6 +22,7 @@ from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import RobotModel, attitude_gravity
+from testbed.robot.rope_bearings import NO_ROPES
 from testbed.scenario.scenario import load_scenario
 from testbed.world.simulation import Simulation
 from testbed.world.summary import world_summary
@@ -81,7 +82,7 @@ def still(machine: Machine) -> tuple[RobotModel, np.ndarray, np.ndarray]:
 
 def test_statics_weigh_feet_by_virtual_work(machine: Machine) -> None:
     model, feet, row = still(machine)
-    statics = Statics(model, machine, np.zeros((2, 3)))
+    statics = Statics(model, machine, NO_ROPES)
     now = statics.balance(
         Measured.of(
             position=STANCE,
@@ -104,7 +105,7 @@ def test_statics_weigh_feet_by_virtual_work(machine: Machine) -> None:
 def test_the_papers_and_the_own_estimates_read_a_still_machine(machine: Machine) -> None:
     model, feet, row = still(machine)
     belief = Believed.from_machine(machine, 1e-3)
-    body = body_of(machine, model, belief.legs, 1e-3, np.zeros((2, 3)))
+    body = body_of(machine, model, belief.legs, 1e-3, NO_ROPES)
     chain = EstimatorChain(replace(belief, body=body))
     for _ in range(3000):
         chain.step(row)

@@ -24,6 +24,7 @@ from testbed.recording.rows import DataRow, DrillKnown
 from testbed.robot.linkage import Linkages
 from testbed.robot.loads.foot_loads import ExpectedLoads, known_wrench, point_wrench
 from testbed.robot.model import attitude_gravity
+from testbed.robot.rope_bearings import NO_ROPES, SurveyedRopes
 
 MODEL, MACHINE = shipped_model(), build_machine()
 LINKAGES = Linkages.from_machine(MACHINE)
@@ -34,7 +35,7 @@ AREA_A, AREA_B = BELIEF.legs[0].area_a_m2, BELIEF.legs[0].area_b_m2
 
 
 def body(tuning: OwnTuning | None = None) -> np.ndarray:
-    return body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, np.zeros((2, 3)), tuning)
+    return body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, NO_ROPES, tuning)
 
 
 def arms(q: np.ndarray) -> np.ndarray:
@@ -113,9 +114,9 @@ def test_weight_ropes_and_drill_make_the_wrench_of_the_statics() -> None:
     row["position"] = q
     for name, value in zip(DrillKnown.fields, drill, strict=True):
         row[name] = value
-    numbers = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, ropes)
+    numbers = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, SurveyedRopes.leading(ropes))
     tension = np.array([9e3, 8e3])
-    found = wrench.other_wrench(row[0], view, np.zeros(3), tension, numbers[0])
+    found = wrench.other_wrench(row[0], view, np.zeros(3), wrench.Pulls(tension, ropes), numbers[0])
     expected = -MODEL.gravity_forces(q, gravity)[:6]
     for k in range(2):
         expected += point_wrench(tension[k] * ropes[k], MODEL.rope_attachments_m[k])
@@ -229,7 +230,8 @@ def test_rows_of_the_balance_are_what_a_wrong_belief_does_to_the_wrench() -> Non
     ropes /= np.linalg.norm(ropes, axis=1)[:, None]
     row["position"], row["attitude"] = STANCE, (0.05, -0.6, 0.2)
     state["means"]["specific_force"], state["means"]["rope_tension"] = -gravity, (9e3, 8e3)
-    numbers = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, ropes)
+    numbers = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, SurveyedRopes.leading(ropes))
+    state["ropes"]["direction"] = ropes
     rows, turning = np.zeros((6, fu.N)), np.zeros(3)
     right = whole_body.write_body_wrench(row[0], turning, numbers[0], state[0], rows)
 
@@ -292,7 +294,7 @@ def test_friction_at_rest_is_anywhere_in_its_set_where_no_valve_holds_the_oil() 
     for of_set in ("inferred", "original"):
         machine = build_machine(of_set=of_set)
         legs = Believed.from_machine(machine, 1e-3).legs
-        decisions = body_of(machine, MODEL, legs, 1e-3, np.zeros((2, 3)))[0]["decisions"]
+        decisions = body_of(machine, MODEL, legs, 1e-3, NO_ROPES)[0]["decisions"]
         shares[of_set] = decisions["rest_share"], decisions["fresh_more"]
     assert shares["inferred"] == (OwnTuning().rest_share, OwnTuning().fresh_more)
     share, more = shares["original"]
@@ -324,3 +326,24 @@ def test_a_slide_is_remembered_as_long_as_the_estimate_runs() -> None:
     for _ in range(500):
         chain.step(row)
     assert slid() == [VERTICAL[0]]
+
+
+def test_the_ropes_of_a_machine_that_has_walked_lead_to_where_their_anchors_are() -> None:
+    """The body of the balance, told of feet that went a metre down the machine and stood."""
+    ways = np.array([[20.0, 4.0, 21.0], [20.0, -4.0, 21.0]])
+    numbers = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, SurveyedRopes.along(ways))
+    row, state = DataRow.zeros(), body_records.BodyState.zeros()
+    state["means"]["foot_force"][0, :, 2] = 1e4
+    row["position"] = STANCE
+    whole_body.follow_ropes(row[0], np.ones(4), numbers[0], state[0])
+    first = MODEL.foot_positions_m(STANCE)
+    row["position"][0, 1::3] += 0.05
+    whole_body.follow_ropes(row[0], np.ones(4), numbers[0], state[0])
+    moved = -(MODEL.foot_positions_m(row["position"][0]) - first).mean(axis=0)
+    np.testing.assert_allclose(state["ropes"]["way"][0], moved, atol=1e-12)
+    expected = SurveyedRopes.along(ways - moved).directions
+    np.testing.assert_allclose(state["ropes"]["direction"][0], expected, atol=1e-12)
+    hanging = np.array([1.0, 1.0, 1.0, 0.0])
+    row["position"][0, -2] += 0.05
+    whole_body.follow_ropes(row[0], hanging, numbers[0], state[0])
+    np.testing.assert_allclose(state["ropes"]["way"][0], moved, atol=1e-12)

@@ -20,6 +20,7 @@ from testbed.machine.folder import machine_folder
 from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER
 from testbed.robot.robot import Robot
+from testbed.robot.rope_bearings import NO_ROPES
 from testbed.scenario.machines import WORKSHOP, draw_machine
 from testbed.simulation.residuals import residual_summary
 
@@ -36,9 +37,7 @@ def _standing() -> Measured:
 
 
 def test_a_plan_leaves_each_foot_its_lowest_load() -> None:
-    now = Statics(ROBOT.model, MACHINE, np.zeros((2, 3))).balance(
-        _standing(), np.ones(4, dtype=bool)
-    )
+    now = Statics(ROBOT.model, MACHINE, NO_ROPES).balance(_standing(), np.ones(4, dtype=bool))
     sharing = Quadratic()
     for _ in range(30):
         loads = sharing.plan(now).forces[NORMALS]
@@ -49,7 +48,7 @@ def test_a_plan_leaves_each_foot_its_lowest_load() -> None:
 
 def test_a_foot_with_half_its_load_is_not_in_the_air() -> None:
     legs = Believed.from_machine(MACHINE, 1e-3).legs
-    body = body_of(MACHINE, ROBOT.model, legs, 1e-3, np.zeros((2, 3)))[0]
+    body = body_of(MACHINE, ROBOT.model, legs, 1e-3, NO_ROPES)[0]
     assert 0.1 * QUARTER_N < body["air_load"] < 0.5 * QUARTER_N
     assert body["decisions"]["end_force"] < 10.0 * QUARTER_N
     assert body["filter"]["innovation_limit"] < 0.1 * QUARTER_N

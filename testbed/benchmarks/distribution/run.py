@@ -179,7 +179,7 @@ def _run(sim: Any, spec: Scenario, case: Case, name: str, sharing: Controller | 
     blocks = [sim.run_block(round(ON_S * hz))]
     if sharing is None:
         sharing = Quadratic(spec.terrain.friction) if name == ORACLE else controller(name)
-    ropes = machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
+    ropes = machine.expectation.surveyed.turned(machine.ground.rotation_slope_to_world.T)
     statics = Statics(machine.belief.model, machine.belief.machine, ropes)
     oracle = Informed(statics) if name == ORACLE else None
     layer = Distribution(oracle or statics, sharing)

@@ -96,12 +96,12 @@ def scores(series: Series, believed: BelievedRobot, own: Iterable[str] = ()) -> 
         keep(method, _legs(alone, f"estimate_{method}"))
     keep(ALONE, _legs(alone, "estimate_own"), _legs(alone, "own_sd"))
     for name, tuning in OWN.items():
-        whole = believed.with_body(belief, model, series.rope_directions, tuning)
+        whole = believed.with_body(belief, model, series.ropes, tuning)
         found = replay(series.data, whole)
         sideways = np.array([[found[f"own_{axis}_{leg}"] for axis in "xy"] for leg in LEGS])
         keep(name, _legs(found, "estimate_own"), _legs(found, "own_sd"), sideways)
     keep(FLOOR, floor(series, belief))
-    whole = believed.with_body(belief, model, series.rope_directions)
+    whole = believed.with_body(belief, model, series.ropes)
     for name in own:
         estimator = estimator_of(name, "--estimator")
         start(estimator, belief.dt_s)

@@ -19,6 +19,7 @@ from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import DrillKnown
+from testbed.robot.rope_bearings import SurveyedRopes
 from testbed.scenario.scenario import Scenario, load_scenario
 
 BASE_C = 40.0
@@ -207,13 +208,13 @@ TRUE: tuple[str, ...] = (
 
 @dataclass(frozen=True)
 class Series:
-    """What a run leaves for the comparison: measured and true columns (n,), and the surveyed ropes
-    (2, 3).
+    """What a run leaves for the comparison: measured and true columns (n,), and the ropes as
+    surveyed, world frame.
     """
 
     data: dict[str, Array]
     truth: dict[str, Array]
-    rope_directions: Array
+    ropes: SurveyedRopes
 
 
 def simulate(
@@ -238,7 +239,7 @@ def simulate(
             if tell is not None:
                 tell(float(data[-1, 0]))
         data, truth = (np.concatenate([block[part] for block in blocks]) for part in (0, 1))
-        ropes = world.machine.expectation.rope_directions_in_world.copy()
+        ropes = world.machine.expectation.surveyed
     finally:
         world.close()
     return Series(

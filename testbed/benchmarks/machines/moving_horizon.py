@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.joined import replay_rows
-from testbed.estimation.live.wrench import foot_point, other_wrench, view_of
+from testbed.estimation.live.wrench import Pulls, foot_point, other_wrench, view_of
 from testbed.formats.arrays import Array
 from testbed.formats.records import SET
 from testbed.machine.names import LEGS
@@ -174,5 +174,5 @@ def node_of(rows: NDArray[Any], carries: NDArray[np.bool_], body: Any) -> Node:
         sd,
         carries,
         by_force,
-        other_wrench(row, view, np.zeros(3), tension, body),
+        other_wrench(row, view, np.zeros(3), Pulls(tension, body["rope_direction"]), body),
     )

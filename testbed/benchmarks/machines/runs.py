@@ -27,6 +27,7 @@ from testbed.machine.names import LEGS
 from testbed.recording.leg_model import EffectEntry
 from testbed.recording.robot_model import write_robot_model
 from testbed.robot.robot import Robot
+from testbed.robot.rope_bearings import SurveyedRopes
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.simulation.run_folder import truth_machine
@@ -189,7 +190,7 @@ def commissioned(
         )
         if stage is programme[0]:
             evidence.append(levelled(series.data, robot))
-        evidence.append(evidence_of(series.data, robot, series.rope_directions))
+        evidence.append(evidence_of(series.data, robot, series.ropes.directions))
         seconds += stage.duration_s
     found = weighed(evidence, robot)
     write_robot_model(model, believed(found, robot.machine, seconds))
@@ -219,9 +220,9 @@ def truth_of(scenario: Scenario) -> dict[str, Any]:
 
 
 def chain_belief(
-    own: BelievedRobot, scenario: Scenario, ropes: Array, tuning: OwnTuning | None = None
+    own: BelievedRobot, scenario: Scenario, ropes: SurveyedRopes, tuning: OwnTuning | None = None
 ) -> Believed:
-    """What the estimators' chain is built from; ropes (2, 3): surveyed directions, world frame."""
+    """What the estimators' chain is built from; ropes: as surveyed, world frame."""
     belief = own.legs(1.0 / scenario.rates.estimator_hz)
     with own.bodies() as urdf:
         robot = Robot.of(own.machine, scenario.carried_kg, scenario.ropes.attachment_height_m, urdf)
@@ -235,11 +236,11 @@ def estimates(
     where it says one.
     """
     for name, own in beliefs(scenario, model).items():
-        rows = replay_rows(series.data, chain_belief(own, scenario, series.rope_directions))
+        rows = replay_rows(series.data, chain_belief(own, scenario, series.ropes))
         yield name, rows["estimate"]["own"].T, rows["estimate_own"]["sd"].T
         if name == COMMISSIONED:
             alone = without(OwnTuning(), "swing", "balance", "friction", "weighs", "shakes")
-            belief = chain_belief(own, scenario, series.rope_directions, alone)
+            belief = chain_belief(own, scenario, series.ropes, alone)
             yield HORIZON, *moving_horizon.loads(series.data, belief)
         if name != BOARD:
             continue
@@ -247,7 +248,7 @@ def estimates(
             yield method, rows["estimate"][method].T, None
         for label, ideas in ABLATIONS.items() if ablations else ():
             tuning = without(OwnTuning(), *ideas)
-            belief = chain_belief(own, scenario, series.rope_directions, tuning)
+            belief = chain_belief(own, scenario, series.ropes, tuning)
             rows = replay_rows(series.data, belief)
             yield label, rows["estimate"]["own"].T, rows["estimate_own"]["sd"].T
 
@@ -295,7 +296,7 @@ def kept(series: Series, file: Path) -> None:
     columns |= {f"truth_{name}": value.astype(np.float32) for name, value in series.truth.items()}
     file.parent.mkdir(parents=True, exist_ok=True)
     whole = file.with_suffix(".part.npz")
-    np.savez(whole, ropes=series.rope_directions, time=series.data["t"], **columns)
+    np.savez(whole, ropes=series.ropes.table, time=series.data["t"], **columns)
     whole.replace(file)
 
 
@@ -308,7 +309,7 @@ def read_kept(file: Path) -> Series:
             if part in parts:
                 parts[part][column] = stored[name].astype(np.float64)
         parts["data"]["t"] = stored["time"]
-        return Series(parts["data"], parts["truth"], stored["ropes"])
+        return Series(parts["data"], parts["truth"], SurveyedRopes.of_table(stored["ropes"]))
 
 
 def recorder(

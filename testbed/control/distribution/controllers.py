@@ -18,6 +18,7 @@ from testbed.formats.arrays import Array
 from testbed.formats.networks import read_network
 from testbed.formats.sockets import FORM, is_user_class, load_object
 from testbed.robot.robot import Robot
+from testbed.robot.rope_bearings import SurveyedRopes
 
 SURGE_N = 1500.0
 """Thrust that may come on top without warning: the peak of a blow's reaction (E)."""
@@ -176,8 +177,8 @@ def controller(name: str | type[Any] | Controller, field: str = "controller") ->
     raise InputError("no such controller", field=field, value=name, allowed=allowed)
 
 
-def distribution(belief: Robot, rope_directions_in_body: Array, chosen: Controller) -> Distribution:
-    """The layer that shares the load out the way `chosen` plans it. Rope directions (2, 3) at the
-    start, body frame.
+def distribution(belief: Robot, ropes: SurveyedRopes, chosen: Controller) -> Distribution:
+    """The layer that shares the load out the way `chosen` plans it. `ropes`: at the start, body
+    frame.
     """
-    return Distribution(Statics(belief.model, belief.machine, rope_directions_in_body), chosen)
+    return Distribution(Statics(belief.model, belief.machine, ropes), chosen)

@@ -19,6 +19,7 @@ from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.linkage import Linkages
 from testbed.robot.loads.foot_loads import OilColumns, drill_wrench, known_wrench, point_wrench
 from testbed.robot.model import RobotModel, attitude_gravity
+from testbed.robot.rope_bearings import RopeBearings, SurveyedRopes, follow
 
 FEET = 3 * len(LEGS)
 """How many of the unknowns are forces on feet: z, x, y of each."""
@@ -105,18 +106,13 @@ class _Posture:
 
 
 class Statics:
-    """Makes a Balance of what is measured. `rope_directions_in_body` (2, 3): at the start, towards
-    the anchors.
+    """Makes a Balance of what is measured. `ropes`: as surveyed at the start, body frame; followed
+    as the legs walk.
     """
 
-    def __init__(self, model: RobotModel, machine: Machine, rope_directions_in_body: Array) -> None:
+    def __init__(self, model: RobotModel, machine: Machine, ropes: SurveyedRopes) -> None:
         self.model, self.scale = model, machine.scale
-        self._ropes = np.array(
-            [
-                point_wrench(d, at)
-                for d, at in zip(rope_directions_in_body, model.rope_attachments_m, strict=True)
-            ]
-        ).T
+        self._ropes, self._bearings = ropes, RopeBearings.zeros()
         areas = np.array([axis.cylinder.areas_m2 for axis in machine.axes.values()])
         self._area_a, self._area_b = areas.T.copy()
         self._linkages = Linkages.from_machine(machine)
@@ -133,7 +129,7 @@ class Statics:
         """The balance now."""
         posture, position = self._posture, measured.position
         if posture is None or np.abs(position - posture.position).max() > POSTURE_STEP:
-            posture = self._posture = self._work_out(position.copy())
+            posture = self._posture = self._work_out(position.copy(), stance)
         drill = measured.drill
         gravity = attitude_gravity(float(measured.attitude[0]), float(measured.attitude[1]))
         supply_pa = max(measured.supply_pressure, self._on_demand_pa)
@@ -160,11 +156,14 @@ class Statics:
             scale=self.scale,
         )
 
-    def _work_out(self, position: Array) -> _Posture:
+    def _work_out(self, position: Array, stance: Flags) -> _Posture:
         points, jacobians = self.model.feet(position)
+        bearings, ropes = self._bearings[0], self._ropes
+        follow(ropes.directions, ropes.distances_m, points, stance.astype(float), bearings)
         balance, joint_map = np.zeros((6, UNKNOWNS)), np.zeros((len(AXES), UNKNOWNS))
         balance[:, :FEET] = _maps(points)
-        balance[:, ROPES] = self._ropes
+        for k, at in enumerate(self.model.rope_attachments_m):
+            balance[:, ROPES.start + k] = point_wrench(bearings["direction"][k], at)
         joint_map[:, :FEET] = -jacobians[:, _ORDER].reshape(FEET, len(AXES)).T
         turned = np.linalg.qr(balance[:, :FEET].T, mode="complete")[0]
         arms = self._linkages.rods(position)[1]

@@ -107,22 +107,23 @@ def gait_of(scenario: Scenario, start: BelievedStart, own: OwnParts = NOTHING_OW
     """
     task = scenario.task
     gait: Gait
+    chosen = own.controller or scenario.control.distribution
+    shared = chosen != "position_hold"
     if own.gait is not None:
         _refuse_orders(scenario.events)
         gait = _with_mast(task, checked_gait(own.gait, start, field="gait"), start)
     elif needs_chain(scenario):
         tasks = task.tasks if isinstance(task, TaskChain) else (task,)
-        gait = Chain(tasks, scenario.events, start, lambda part, here: _one(part, (), here))
+        gait = Chain(tasks, scenario.events, start, lambda part, here: _one(part, (), here, shared))
     else:
-        gait = _one(task, scenario.events, start)
+        gait = _one(task, scenario.events, start, shared)
     layers: list[Layer] = []
-    chosen = own.controller or scenario.control.distribution
-    if chosen != "position_hold":
+    if shared:
         from testbed.control.distribution.controllers import controller, distribution
 
         field = "control.distribution" if own.controller is None else "controller"
         planner = controller(chosen, field)
-        layers.append(distribution(start.robot, start.rope_directions_in_body, planner))
+        layers.append(distribution(start.robot, start.ropes_in_body, planner))
     if scenario.control.supervisor:
         layers.append(Supervisor())
     return Layered(gait, tuple(layers)) if layers else gait
@@ -153,11 +154,11 @@ def needs_chain(scenario: Scenario) -> bool:
     )
 
 
-def _one(task: Any, events: tuple[Event, ...], start: BelievedStart) -> Gait:
-    """The gait of one task, with the layers that belong to it."""
+def _one(task: Any, events: tuple[Event, ...], start: BelievedStart, shared: bool) -> Gait:
+    """The gait of one task, with the layers that belong to it; shared: see RopeHold."""
     gait: Gait
     if isinstance(task, Crawl):
-        gait = _crawl(task, start)
+        gait = _crawl(task, start, shared)
     elif isinstance(task, Commission):
         gait = CommissionGait(task, start)
     elif isinstance(task, Sway):
@@ -176,7 +177,7 @@ def _with_mast(task: Any, gait: Gait, start: BelievedStart) -> Gait:
     return gait
 
 
-def _crawl(task: Crawl, start: BelievedStart) -> CrawlGait:
+def _crawl(task: Crawl, start: BelievedStart, shared: bool) -> CrawlGait:
     machine = start.robot.machine
     attachments = start.model.rope_attachments_m
     return CrawlGait(
@@ -184,7 +185,7 @@ def _crawl(task: Crawl, start: BelievedStart) -> CrawlGait:
         start,
         Footholds(start.model, start.legs, start.joints, machine.ground.friction),
         Pace(machine, start.robot.linkages.gain_arms(start.joints)),
-        RopeHold(start.anchors_in_body_m, attachments, start.rope_tension_n, machine.scale),
+        RopeHold(start.anchors_in_body_m, attachments, start.rope_tension_n, machine.scale, shared),
         Strokes(
             traction_parameters(machine, strokes=start.rope_strokes, roped=start.rope_strokes),
             machine.rope.stiffness_ea_n,

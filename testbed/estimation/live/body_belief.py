@@ -18,13 +18,13 @@ from testbed.estimation.live.believed import Leg, declared
 from testbed.estimation.live.body_records import BodyBelief
 from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.uncertainty import Uncertainty, constants
-from testbed.formats.arrays import Array
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
 from testbed.machine.scale import Scale
 from testbed.recording.leg_model import EffectEntry
 from testbed.robot.linkage import Linkages
 from testbed.robot.model import RobotModel
+from testbed.robot.rope_bearings import SurveyedRopes
 from testbed.scenario.machines import WORKSHOP
 
 EVEN = 1.0 / math.sqrt(3.0)
@@ -209,7 +209,7 @@ def body_of(
     model: RobotModel,
     legs: Sequence[Leg],
     dt_s: float,
-    rope_directions_in_world: Array,
+    ropes: SurveyedRopes,
     tuning: OwnTuning | None = None,
     sure: Uncertainty | None = None,
     effects: Sequence[EffectEntry] = (),
@@ -217,8 +217,7 @@ def body_of(
     """One record `BodyBelief`, shape (1,): `machine`, `model` as believed, `legs` the four vertical
     cylinders.
 
-    `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as
-    surveyed at the start; zeros where there are no ropes. `sure`: how sure all this is; None: by
+    `ropes`: as surveyed at the start, world frame. `sure`: how sure all this is; None: by
     the workshop's tolerances. `effects`: of cylinders, believed at the axis of their place, those
     of vertical ones in `legs` already. `tuning`: as for ROBOCLIMBER.
     """
@@ -244,7 +243,7 @@ def body_of(
     body["belly_height"] = machine.body.belly_height_m
     body["belly_length"], body["belly_width"] = 0.5 * np.array(machine.body.belly_box_m[:2])
     body["rope_point"] = model.rope_attachments_m
-    body["rope_direction"] = rope_directions_in_world
+    body["rope_direction"], body["rope_distance"] = ropes.directions, ropes.distances_m
     body["pin_gain"] = 1.0
     body["drill_point"], body["store_point"] = model.drill_mount_m, model.rod_store_m
     body["decisions"]["dt"] = dt_s

@@ -12,6 +12,7 @@ from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
 from testbed.robot.linkage import Linkage
 from testbed.robot.loads import foot_forces as ff
+from testbed.robot.rope_bearings import RopeBearings
 
 
 class BodyBelief(Record):
@@ -67,7 +68,8 @@ class BodyBelief(Record):
     belly_width = quantity("m", "half of it, along y")
     foot_height = quantity("m", "underside of a foot above the origin, joints at 0", per=LEGS)
     rope_point = quantity("m", "where the ropes pull, body frame", per=(SIDES, XYZ))
-    rope_direction = quantity("1", "towards the anchors, world frame", per=(SIDES, XYZ))
+    rope_direction = quantity("1", "towards the anchors at the start, world", per=(SIDES, XYZ))
+    rope_distance = quantity("m", "of the anchors then; infinite: nobody knows", per=SIDES)
     pin_gain = quantity("1", "reading of a load pin by true tension", per=SIDES)
     pin_zero = quantity("N", "reading of a slack rope's load pin", per=SIDES)
     unit_roll = quantity("rad", "how the inertial unit is turned against the body")
@@ -106,6 +108,7 @@ class BodyState(Record):
     in_air = quantity("s", "for how long a foot has been in the air", per=LEGS)
     filters = part(persistent.PersistentState, "of the foot loads", per=LEGS)
     support = part(Support, "what carries the body that no sensor reads")
+    ropes = part(RopeBearings, "where the ropes lead by now, world frame")
     shaken = part(AccelerationMemory, "fast changes of the loads")
     level = quantity("N", "filtered force along x and y", per=(LEGS, ("x", "y")))
     force_sd = quantity(

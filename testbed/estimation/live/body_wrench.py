@@ -14,7 +14,14 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.wrench import View, add_force, other_wrench, rope_direction, view_of
+from testbed.estimation.live.wrench import (
+    Pulls,
+    View,
+    add_force,
+    other_wrench,
+    rope_direction,
+    view_of,
+)
 
 SMALL_RAD = 1.0e-4
 """Step of the numerical derivative by the misalignment of the inertial unit, rad."""
@@ -26,13 +33,14 @@ def write_body_wrench(row: Any, angular_acceleration: Any, body: Any, state: Any
     its derivatives by the filter's unknowns into rows (6, N).
     """
     means, roll, pitch = state.means, body.unit_roll, body.unit_pitch
-    attitude, felt, tension = row.attitude, means.specific_force, means.rope_tension
+    attitude, felt = row.attitude, means.specific_force
+    pulls = Pulls(means.rope_tension, state.ropes.direction)
     view = view_of(attitude, felt, roll, pitch, body.gravity)
-    wrench = other_wrench(row, view, angular_acceleration, tension, body)
+    wrench = other_wrench(row, view, angular_acceleration, pulls, body)
     for axis in range(2):
         turn = (SMALL_RAD, 0.0) if axis == 0 else (0.0, SMALL_RAD)
         other = view_of(attitude, felt, roll + turn[0], pitch + turn[1], body.gravity)
-        turned = other_wrench(row, other, angular_acceleration, tension, body)
+        turned = other_wrench(row, other, angular_acceleration, pulls, body)
         for index in range(6):
             rows[index, fu.UNIT + axis] = (wrench[index] - turned[index]) / SMALL_RAD
     moment = np.zeros(3)
@@ -42,19 +50,20 @@ def write_body_wrench(row: Any, angular_acceleration: Any, body: Any, state: Any
         moment[k] = 1.0
         put_moment(rows, fu.MOMENT + k, moment, view.specific_force)
     for k in range(2):
-        write_rope_errors(k, view, tension[k], body, rows)
+        write_rope_errors(k, view, pulls, body, rows)
     return wrench
 
 
 @njit
-def write_rope_errors(k: int, view: View, tension: float, body: Any, rows: Any) -> None:
+def write_rope_errors(k: int, view: View, pulls: Pulls, body: Any, rows: Any) -> None:
     """Write the derivatives of rope k's wrench by its unknowns into rows (6, N): azimuth and
     elevation, gain and zero of the load pin, height of the attachment.
     """
+    tension = pulls.tension[k]
     if tension <= 0.0:
         return
     along, left, up = np.empty(3), np.zeros(3), np.zeros(3)
-    rope_direction(view, body.rope_direction[k], along)
+    rope_direction(view, pulls.direction[k], along)
     level = math.sqrt(along[0] ** 2 + along[1] ** 2)
     left[0], left[1] = -along[1], along[0]
     if level > 0.0:

@@ -44,6 +44,8 @@ from testbed.formats.intervals import Z90
 from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
 from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads import foot_forces as ff
+from testbed.robot.model import write_rotation
+from testbed.robot.rope_bearings import follow
 
 LEVEL_SHARE = 0.15
 """Weight of a new sample in the low-pass filter of the forces along x and y, 1."""
@@ -154,6 +156,7 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
             if state.in_air[leg] >= body.air_dwell and body.learns_in_air != 0.0:
                 learn_in_air(leg, maps[leg], body, state)
     if body.balances != 0.0:
+        follow_ropes(row, on_ground, body, state)
         balance_body(row, angular_acceleration, maps, on_ground, body, state)
     if body.only_pushes != 0.0:
         learn_no_pull(maps, body, state)
@@ -166,6 +169,29 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
         for axis in range(3):
             write_leg_weights(leg, maps[leg, axis], state, weights)
             state.force_sd[leg, axis] = math.sqrt(reported_variance(leg, weights, body, state))
+
+
+@njit
+def follow_ropes(row: Any, on_ground: Any, body: Any, state: Any) -> None:
+    """Bring the ropes' directions up to date; on_ground (4): feet that are not in the air.
+
+    Feet that carry nothing do not say how the body goes: they may hang, or feel for the ground.
+    """
+    attitude, rotation = np.empty(3), np.empty((3, 3))
+    for axis in range(3):
+        attitude[axis] = row.attitude[axis]
+    attitude[0] -= body.unit_roll
+    attitude[1] -= body.unit_pitch
+    write_rotation(attitude, rotation)
+    point, feet, stands = np.empty(3), np.zeros((4, 3)), np.zeros(4)
+    for leg in range(len(LEGS)):
+        up = state.means.foot_force[leg, UP] - force_error(VERTICAL[leg], state)
+        stands[leg] = 1.0 if on_ground[leg] != 0.0 and up > body.air_load else 0.0
+        foot_point(body.legs[leg], of_leg(row.position, leg), body.foot_height[leg], point)
+        for axis in range(3):
+            for j in range(3):
+                feet[leg, axis] += rotation[axis, j] * point[j]
+    follow(body.rope_direction, body.rope_distance, feet, stands, state.ropes)
 
 
 @njit

@@ -109,6 +109,15 @@ class View(NamedTuple):
     """Acceleration of the body's origin less gravity, body frame (3), m/s2."""
 
 
+class Pulls(NamedTuple):
+    """What the ropes do."""
+
+    tension: Any
+    """(2,) N."""
+    direction: Any
+    """(2, 3) towards the anchors, world frame."""
+
+
 @njit
 def view_of(attitude: Any, specific_force: Any, roll: float, pitch: float, gravity: float) -> View:
     """What an inertial unit that is turned by roll and pitch shows of the body; attitude (3) and
@@ -127,10 +136,10 @@ def view_of(attitude: Any, specific_force: Any, roll: float, pitch: float, gravi
 
 
 @njit
-def other_wrench(row: Any, view: View, turning: Any, tension: Any, body: Any) -> Any:
+def other_wrench(row: Any, view: View, turning: Any, pulls: Pulls, body: Any) -> Any:
     """Wrench (6) of weight, inertia, ropes and drill.
 
-    row: DataRow (posture, what the drill's controls know); tension (2) of the ropes, N. The view's
+    row: DataRow (posture, what the drill's controls know). The view's
     specific force and `turning` (3) rad/s2 (angular acceleration) carry the body and the inner
     links; frames and feet stand still and carry gravity alone.
     """
@@ -143,9 +152,9 @@ def other_wrench(row: Any, view: View, turning: Any, tension: Any, body: Any) ->
     for leg in range(len(LEGS)):
         add_links(wrench, body.legs[leg], of_leg(row.position, leg), view)
     for rope in range(len(SIDES)):
-        rope_direction(view, body.rope_direction[rope], force)
+        rope_direction(view, pulls.direction[rope], force)
         for axis in range(3):
-            force[axis] *= tension[rope]
+            force[axis] *= pulls.tension[rope]
         add_force(wrench, force, body.rope_point[rope])
     add_drill(wrench, row, view.gravity, body)
     return wrench

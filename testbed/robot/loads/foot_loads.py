@@ -33,6 +33,7 @@ from testbed.machine.names import AXES, LEGS, VERTICAL
 from testbed.robot.contact.geometry import FootLoads, Ground, Legs, feet_under_load
 from testbed.robot.linkage import Linkages
 from testbed.robot.model import Payload, RobotModel, rotation_from_attitude
+from testbed.robot.rope_bearings import RopeBearings, SurveyedRopes, follow
 
 WORKING_PRESSURE_PA = 4.0e6
 """Gauge pressure at which the oil's modulus is taken: 15 kN on the 70 mm bore (a foot's share with
@@ -300,16 +301,21 @@ def known_wrench(model: RobotModel, known: Any, gravity_in_body: ArrayLike) -> A
 class Expectation:
     """The believed machine's foot loads along the vertical joints, N (4), live and from
     measurements alone: posture from the encoders, attitude, rope tensions and what the drill's
-    controls know.
-
-    `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as
-    surveyed at the start (a 30 m rope turns by less than 2 degrees a metre climbed).
+    controls know. `ropes`: as surveyed at the start, world frame; followed as the legs walk.
     """
 
-    def __init__(self, loads: ExpectedLoads, rope_directions_in_world: Array) -> None:
+    def __init__(self, loads: ExpectedLoads, ropes: SurveyedRopes) -> None:
         self._loads = loads
-        self.rope_directions_in_world = rope_directions_in_world
+        self.surveyed = ropes
+        self._bearings = RopeBearings.zeros()
         self._rope_forces = np.zeros((2, 3))
+
+    @property
+    def rope_directions_in_world(self) -> Array:
+        """(2, 3) unit vectors from the traction devices to the anchors, as surveyed at the
+        start.
+        """
+        return self.surveyed.directions
 
     def loads(
         self,
@@ -326,7 +332,10 @@ class Expectation:
         `standing` (4): 1 for a foot that is meant to carry, 0 for one in the air.
         """
         rotation = rotation_from_attitude(attitude_rad)
-        self._rope_forces[:] = tension_n[:, None] * (self.rope_directions_in_world @ rotation)
+        feet = self._loads.model.foot_positions_m(position) @ rotation.T
+        bearings, ropes = self._bearings[0], self.surveyed
+        follow(ropes.directions, ropes.distances_m, feet, standing, bearings)
+        self._rope_forces[:] = tension_n[:, None] * (bearings["direction"] @ rotation)
         found = self._loads.solve(
             position,
             gravity_in_body,

@@ -22,6 +22,7 @@ from testbed.benchmarks.machines.runs import (
     sums,
 )
 from testbed.errors import InputError
+from testbed.robot.rope_bearings import SurveyedRopes
 
 
 def run(rms: float, held: int) -> dict[str, float]:
@@ -63,12 +64,15 @@ def test_errors_add_up_and_coverage_is_counted_by_machine() -> None:
 def test_a_run_that_was_kept_scores_as_it_did(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     columns = {"t": np.arange(5) * 1e-3, "pressure_a_fl_vertical": rng.normal(5e6, 1e5, 5)}
-    series = Series(columns, {"foot_load_fl": rng.normal(1e4, 1e3, 5)}, np.eye(2, 3))
+    series = Series(
+        columns, {"foot_load_fl": rng.normal(1e4, 1e3, 5)}, SurveyedRopes.along(30.0 * np.eye(2, 3))
+    )
     kept(series, tmp_path / "stand 1.npz")
     again = read_kept(tmp_path / "stand 1.npz")
     np.testing.assert_array_equal(again.data["t"], columns["t"])
     np.testing.assert_allclose(again.truth["foot_load_fl"], series.truth["foot_load_fl"], rtol=1e-6)
-    np.testing.assert_array_equal(again.rope_directions, np.eye(2, 3))
+    np.testing.assert_array_equal(again.ropes.directions, np.eye(2, 3))
+    np.testing.assert_array_equal(again.ropes.distances_m, [30.0, 30.0])
 
 
 def test_moving_samples_are_counted_apart() -> None:

@@ -63,13 +63,15 @@ class RopeHold:
     tension_n: Array
     """(2,) at the start; zeros: no ropes."""
     scale: Scale = ROBOCLIMBER
+    shared: bool = False
+    """Whether somebody else says how the ropes share the pull: here they are only hauled with the
+    body, which waits for what both lack together."""
 
     def __post_init__(self) -> None:
         self._any = bool(self.tension_n.any())
         speed = self.scale.speed
-        self._keeping = TensionGains(
-            speed / self.scale.force * TENSION_GAIN_M_S_N, speed * CORRECTION_M_S
-        )
+        gain_m_s_n = 0.0 if self.shared else speed / self.scale.force * TENSION_GAIN_M_S_N
+        self._keeping = TensionGains(gain_m_s_n, speed * CORRECTION_M_S)
         self.ways_m: Array = self.anchors_m - self.attachments_m
         """(2, 3) from attachments to anchors with the body at the start."""
         self.pull_n: Array = (self.tension_n @ self.directions(np.zeros(3)))[:2]
@@ -140,7 +142,8 @@ class RopeHold:
         """
         if not self._any:
             return 1.0
-        share: float = rope_readiness(self.ways_m, self.pull_n, body, measured_n, part)
+        ways, pull, shared = self.ways_m, self.pull_n, self.shared
+        share: float = rope_readiness(ways, pull, body, measured_n, part, shared)
         return share
 
     def _wanted(self, body: Array) -> tuple[float, float]:
@@ -187,19 +190,34 @@ def wanted_at(ways: Any, pull: Any, body: Any) -> tuple[float, float]:
 
 
 @njit
-def rope_readiness(ways: Any, pull: Any, body: Any, measured_n: Any, part: float) -> float:
+def rope_readiness(
+    ways: Any, pull: Any, body: Any, measured_n: Any, part: float, shared: bool
+) -> float:
     """See RopeHold.readiness."""
-    least, most, wanted = np.inf, -np.inf, wanted_at(ways, pull, body)
-    for index in range(2):
-        if wanted[index] > 0.0:
-            least, most = (
-                min(least, measured_n[index] / wanted[index]),
-                max(most, measured_n[index] / wanted[index]),
-            )
+    if shared:
+        least = most = pull_share(ways, pull, body, measured_n)
+    else:
+        least, most, wanted = np.inf, -np.inf, wanted_at(ways, pull, body)
+        for index in range(2):
+            if wanted[index] > 0.0:
+                share = measured_n[index] / wanted[index]
+                least, most = min(least, share), max(most, share)
     least, most = 1.0 + (least - 1.0) / part, 1.0 + (most - 1.0) / part
     slack = (least - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
     tight = (TIGHT_SHARE - most) / (TIGHT_SHARE - FIRM_SHARE)
-    return min(max(min(slack, tight), 0.0), 1.0)
+    return float(min(max(min(slack, tight), 0.0), 1.0))
+
+
+@njit
+def pull_share(ways: Any, pull: Any, body: Any, measured_n: Any) -> float:
+    """How much of the wanted `pull` (2) along the slope both ropes have together, 1."""
+    directions = np.empty((2, 3))
+    rope_directions(ways, body, directions)
+    along = 0.0
+    for index in range(2):
+        onto = directions[index, 0] * pull[0] + directions[index, 1] * pull[1]
+        along += measured_n[index] * onto
+    return float(along / (pull[0] * pull[0] + pull[1] * pull[1]))
 
 
 @njit
