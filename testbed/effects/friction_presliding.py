@@ -143,7 +143,7 @@ class Presliding(Effect):
         """Friction that turns round over a distance instead of at once, for several distances."""
         i = seen.axis(place)
         return {
-            f"share {index}": Change(force={i: seen.coulomb_n[:, i] * _held_back(seen, i, bend)})
+            f"share {index}": Change(force={i: _behind_n(seen, i, bend)})
             for index, bend in enumerate(BENDS_M)
         }
 
@@ -154,27 +154,33 @@ class Presliding(Effect):
         parts = np.maximum([linear[f"share {index}"] for index in range(len(BENDS_M))], 0.0)
         whole = float(parts.sum())
         bend = float(parts @ np.array(BENDS_M)) / whole if whole else BENDS_M[0]
-        coulomb = float(np.median(seen.coulomb_n[:, seen.axis(place)]))
-        return {"stiffness": coulomb / bend, "damping": USUAL_DAMPING_N_S_M}
+        usual_n = float(np.median(seen.dry_n[:, seen.axis(place)]))
+        return {"stiffness": usual_n / bend, "damping": USUAL_DAMPING_N_S_M}
 
 
 BENDS_M, USUAL_DAMPING_N_S_M = (2.0e-3, 6.0e-3, 1.5e-2), 550.0
 """Distances over which a bristle of the robot's seals is tried to bend before it slips."""
+LEAST_DRY_N = 1.0
+"""A bristle of no friction has no length."""
 
 
-def _held_back(seen: RobotSeen, i: int, bend_m: float) -> Array:
-    """(n,) how far the friction of cylinder i, as a share of its Coulomb force, is behind its
-    sense of sliding: dz/dt = v - |v| z / bend, friction z / bend.
+def _behind_n(seen: RobotSeen, i: int, bend_m: float) -> Array:
+    """(n,) N by which the friction of cylinder i is behind what is believed, were its seal a
+    bristle that bends by `bend_m` before it slips at its usual dry friction: dz/dt = v - |v| z /
+    longest, friction stiffness z. It bends further where a force across the rod presses it on.
     """
     way = seen.speed_m_s[:, i] * float(seen.time_s[1] - seen.time_s[0])
-    keep = np.exp(-np.abs(way) / bend_m)
+    dry = np.maximum(seen.dry_n[:, i], LEAST_DRY_N)
+    stiffness = float(np.median(dry)) / bend_m
+    longest = dry / stiffness
+    keep = np.exp(-np.abs(way) / longest)
     out = np.empty(seen.bins)
-    share = float(seen.direction[0, i])
+    bent = float(seen.sense[0, i] * longest[0])
     for index in range(seen.bins):
-        settled = float(np.sign(way[index]))
-        share = settled + (share - settled) * float(keep[index])
-        out[index] = share
-    return out - seen.direction[:, i]
+        settled = float(np.sign(way[index]) * longest[index])
+        bent = settled + (bent - settled) * float(keep[index])
+        out[index] = stiffness * bent
+    return out - seen.sense[:, i] * dry
 
 
 EFFECTS = (Presliding(),)

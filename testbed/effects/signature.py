@@ -58,6 +58,10 @@ class RobotSeen:
     """(12,) from end to end."""
     coulomb_n: Array
     """(n, 12) believed dry friction of the sense in which the piston slides."""
+    dry_n: Array
+    """(n, 12) the same with what the force across the rod adds to it."""
+    sense: Array
+    """(n, 12) believed sense of it, from -1 to 1: `direction`, or what a seal at rest keeps."""
     viscous_n: Array
     """(n, 12) believed viscous friction, with its sign."""
     load_n: Array

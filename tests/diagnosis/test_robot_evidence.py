@@ -24,6 +24,7 @@ from testbed.diagnosis.robot.probabilities import (
 )
 from testbed.effects import by_name
 from testbed.effects.signature import Change
+from testbed.machine.names import AXES
 from tests.diagnosis.ledgers import ledger_of, ledger_of_numbers
 
 LEFT, RIGHT = "sensor.gain_a@fl_vertical", "sensor.gain_a@fr_vertical"
@@ -322,6 +323,22 @@ def test_a_second_effect_in_other_balances_owes_nothing_to_the_form_of_the_first
     one = distribution(RobotSigns(sets), numbers)
     assert max(both, key=both.__getitem__) == (air, spring)
     assert max(one, key=one.__getitem__) == (spring,)
+
+
+@pytest.mark.parametrize(("place", "same"), [("rr_rotation", True), ("fr_vertical", False)])
+def test_a_second_effect_at_another_place_is_believed_as_a_first_one_is(
+    place: str, same: bool
+) -> None:
+    """Evidence of 20 for the second: by the share of a first, less its price and its places."""
+    first, second = "force.spring@fr_vertical", f"force.cushion@{place}"
+    sets = (((first,), 40.0), ((second,), 20.0), ((second, first), 60.0))
+    numbers = {**calibration(), "form": 0.0, "form_here": 0.0, "sound": {}}
+    found = distribution(RobotSigns(sets), numbers)
+    share = numbers["share" if same else "share_second"]
+    added = share * numbers["much"] * math.log1p(20.0 / numbers["much"])
+    odds = added - numbers["two"] - math.log(len(AXES))
+    said = math.log(found[(second, first)] / found[(first,)])
+    assert said == pytest.approx(odds)
 
 
 def only(whole: RawGroup, axis: int, change: Change) -> np.ndarray:

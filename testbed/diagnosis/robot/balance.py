@@ -16,13 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from testbed.diagnosis.robot import friction
 from testbed.diagnosis.robot.bins import Bins
-from testbed.diagnosis.robot.friction import (
-    areas,
-    friction,
-    friction_across,
-    sense_of_friction,
-)
 from testbed.diagnosis.robot.held_ropes import HeldRopes
 from testbed.diagnosis.robot.oil import Oil
 from testbed.diagnosis.robot.supply import Supply
@@ -95,16 +90,16 @@ def balance_of(
     lines, drawn where the machine is thought to be.
     """
     machine, n = robot.machine, bins.count
-    coulomb, viscous, spread = friction(bins, machine)
-    area_a, area_b = areas(machine)
+    coulomb, viscous, spread = friction.friction(bins, machine)
+    area_a, area_b = friction.areas(machine)
     less = _by_cylinder(n, beside or {})
     piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b - less
     rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
     rope_way = np.einsum("rj,njk->nrk", ropes_in_world, rotation)
     hangs = hanging(bins, machine.scale)
     stands = ~np.repeat(hangs, JOINTS_A_LEG, axis=1)  # a foot in the air pushes across no rod
-    side, growing = friction_across(bins, robot, stands)
-    sense = sense_of_friction(bins.direction)
+    side, growing = friction.friction_across(bins, robot, stands)
+    sense = friction.sense_of_friction(bins.direction)
     side_load = np.zeros((n, len(AXES)))
     for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
         force = piston - (sense * coulomb + side * side_load) - viscous
@@ -131,6 +126,8 @@ def balance_of(
         area_b_m2=area_b,
         stroke_m=robot.linkages.stroke_m,
         coulomb_n=coulomb,
+        dry_n=coulomb + friction.by_force_across(bins, robot) * side_load,
+        sense=sense,
         viscous_n=viscous,
         load_n=np.array([one.load for one in found]),
         side_load_n=side_load,

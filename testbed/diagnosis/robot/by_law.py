@@ -191,7 +191,7 @@ class _Fit:
         self.free = ~np.concatenate(held)
         names = {part.candidate.name for part in parts}
         shown = [g for k, g in balances.raw.items() if names & set(balances.groups[k].columns)]
-        self.groups = [(group, _root(group)) for group in shown]
+        self.groups = [(group, group.root()) for group in shown]
 
     def result(self) -> Fitted:
         """The likeliest numbers, and how far they may lie from them."""
@@ -310,12 +310,6 @@ def _coordinate(candidate: Candidate, name: str, value: float) -> Coordinate:
 
 def _fitted_unit(c: Coordinate, value: float) -> float:
     return float(np.log(value)) if c.log else value
-
-
-def _root(group: RawGroup) -> Array:
-    """Lower Cholesky factor of the group's covariance."""
-    whole = group.noise + group.tolerated @ group.tolerated.T
-    return np.asarray(np.linalg.cholesky(whole), dtype=np.float64)
 
 
 def _divided(rows: Array, root: Array) -> Array:

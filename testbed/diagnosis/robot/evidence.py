@@ -37,9 +37,8 @@ class Whitened:
     """Effect at its place -> (rows, its numbers)."""
 
 
-def whiten(missing: Array, columns: Mapping[str, Array], covariance: Array) -> Whitened:
-    """Divide by the lower Cholesky factor of `covariance` (rows, rows)."""
-    root = np.linalg.cholesky(covariance)
+def whiten(missing: Array, columns: Mapping[str, Array], root: Array) -> Whitened:
+    """Divide by `root` (rows, rows), the lower Cholesky factor of the noise's covariance."""
     names = list(columns)
     whole = np.column_stack([missing, *(columns[name] for name in names)])
     white = solve_triangular(root, whole, lower=True)
@@ -99,7 +98,8 @@ class RawGroup:
         S is all that its tolerances leave; beside the share `recalled` [RECALLED] of them, for
         another motion asks for them in another way than its linear model says.
         """
-        known = whiten(sound.missing, {"": sound.tolerated}, sound.noise)
+        root = np.asarray(np.linalg.cholesky(sound.noise), dtype=np.float64)
+        known = whiten(sound.missing, {"": sound.tolerated}, root)
         columns = known.columns[""]
         one = np.eye(columns.shape[1])
         left = np.linalg.inv(one + columns.T @ columns)
@@ -117,7 +117,12 @@ class RawGroup:
             found = np.column_stack([self.rows_of(change) for change in signature.values()])
             if np.any(found):
                 columns[name] = found
-        return whiten(self.missing, columns, self.noise + self.tolerated @ self.tolerated.T)
+        return whiten(self.missing, columns, self.root())
+
+    def root(self) -> Array:
+        """(rows, rows) lower Cholesky factor of its covariance in sound machines."""
+        whole = self.noise + self.tolerated @ self.tolerated.T
+        return np.asarray(np.linalg.cholesky(whole), dtype=np.float64)
 
     def unpredicted(self, until_s: float, signatures: Sequence[Signature]) -> tuple[float, float]:
         """RMS of what is missing after `until_s`, predicted from what is before by a sound

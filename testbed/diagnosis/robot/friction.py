@@ -76,13 +76,20 @@ def side_growth(axis: Axis, extension_m: Array, stroke_m: float) -> Array:
     return np.asarray(1.0 + axis.seal.side_load_growth * (extension_m / stroke_m - 0.5))
 
 
-def friction_across(bins: Bins, robot: Robot, stands: npt.NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Friction of every piston by a force of 1 N across its rod, and how that grows with the joint,
-    both (n, 12); stands (n, 12): whether its leg carries.
-    """
+def by_force_across(bins: Bins, robot: Robot) -> Array:
+    """(n, 12) dry friction of every piston by a force of 1 N across its rod."""
     axes, stroke_m = robot.machine.axes.values(), robot.linkages.stroke_m
     coefficient = np.array([side_coefficient(axis, robot.machine.seal) for axis in axes])
     growth = [side_growth(axis, bins.extension_m[:, i], stroke_m[i]) for i, axis in enumerate(axes)]
-    level = stands * sense_of_friction(bins.direction) * coefficient
+    return np.asarray(coefficient * np.column_stack(growth))
+
+
+def friction_across(bins: Bins, robot: Robot, stands: npt.NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Friction of every piston by a force of 1 N across its rod, with its sign, and how that grows
+    with the joint, both (n, 12); stands (n, 12): whether its leg carries.
+    """
+    axes, stroke_m = robot.machine.axes.values(), robot.linkages.stroke_m
+    coefficient = np.array([side_coefficient(axis, robot.machine.seal) for axis in axes])
+    sense = stands * sense_of_friction(bins.direction)
     more = np.array([axis.seal.side_load_growth for axis in axes]) / stroke_m
-    return level * np.column_stack(growth), level * more * bins.arm_m
+    return sense * by_force_across(bins, robot), sense * coefficient * more * bins.arm_m

@@ -17,23 +17,17 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import log_ndtr
 
-from testbed.diagnosis.robot.evidence import PIECE_S
 from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances
+from testbed.diagnosis.robot.parts import PARTS, Alone, log_evidence, parts_of
 from testbed.diagnosis.robot.unexplained import is_unexplained
 from testbed.effects import kind_of
 
 Array = npt.NDArray[np.float64]
 SEEDS = 8
 """So many of the best single effects are tried with every other one."""
-PARTS = 4
-"""Of so many parts of a recording each must be foretold from the others; they take turns, piece by
-piece, so that each of them has a bit of all that moved.
-"""
 ALONE = 10.0
-"""Ln of the evidence that it costs to show in one part alone (E)."""
-ONCE = 0.5
-"""Share of a signature, and of what divided by its noise is left of it, from which it lies in one
-part alone (E).
+"""Ln of the evidence that a part of a recording has something of its own that is shaped as an
+effect is there: so much more must speak for it (E).
 """
 MATTERS = 1.0 / 3.0
 """An effect of a single number is at least this share of what it may be expected to be: a smaller
@@ -85,10 +79,10 @@ class Ledger:
         effects = {n: balances.candidates[n].effect for n in self.names}
         self._matters = np.repeat([MATTERS if size == 1 else 0.0 for size in sizes], sizes)
         self._price = {n: math.log(e.looked_for) for n, e in effects.items()}
-        self._seen_once: dict[str, bool] = {}
         self._width = np.concatenate([balances.candidates[n].spreads for n in self.names])
         least = np.concatenate([balances.candidates[n].least for n in self.names])
         self._least = least / self._width
+        self._alone = Alone(balances, {n: self._width[where] for n, where in self._where.items()})
         whole = int(ends[-1])
         self._part_gradient = np.zeros((PARTS, whole))
         self._part_information = np.zeros((PARTS, whole, whole))
@@ -98,7 +92,7 @@ class Ledger:
                 continue
             index = np.concatenate([self._where[n] for n in shown])
             columns = np.hstack([group.columns[n] for n in shown]) * self._width[index]
-            part = _parts(balances.raw[key].time_s)
+            part = parts_of(balances.raw[key].time_s)
             for k in range(PARTS):
                 rows = columns[part == k]
                 self._part_gradient[k, index] += rows.T @ group.missing[part == k]
@@ -169,49 +163,41 @@ class Ledger:
         """By how much a set predicts each part of the recording, its numbers learnt from the other
         parts alone, better than a sound machine does: ln of the ratio of likelihoods.
 
-        With its numbers as the other parts have them; or by all that they may be, less ALONE: what
-        moves in one part alone, a leg that swings once, shows to the others hardly how large it is.
-        What is there all the time and hidden by what lasts all the time is seen once, as soon as it
-        begins, and no part can say more of it: that costs nothing.
+        With its numbers as the other parts have them; or by all that they may be, less what one
+        part alone may have had of the effects' shapes by chance.
         """
         index = self._index(names)
         scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
-        index = index[self._free(scaled, index)]
+        free = self._free(scaled, index)
+        index = index[free]
         whole = self._information[np.ix_(index, index)] + np.eye(len(index))
         gradient = self.gradient[index]
-        total, among = 0.0, 0.0 if self._lasts(names) else -ALONE
+        total, among = 0.0, 0.0
         for k in range(PARTS):
             inside = self._part_information[k][np.ix_(index, index)]
             slope = self._part_gradient[k, index]
             mean = np.linalg.solve(whole - inside, gradient - slope)
             total += float(slope @ mean - 0.5 * mean @ inside @ mean)
-            among += _evidence(whole, gradient) - _evidence(whole - inside, gradient - slope)
-        return max(total, among)
+            rest = log_evidence(whole - inside, gradient - slope)
+            among += log_evidence(whole, gradient) - rest
+        return total if among <= total else max(total, among - self._by_chance(names, free))
 
-    def _lasts(self, names: tuple[str, ...]) -> bool:
-        """Whether all these effects are there in every part, and what is left of each beside noise
-        that lasts is in one.
+    def _by_chance(self, names: tuple[str, ...], free: npt.NDArray[np.bool_]) -> float:
+        """What it costs the effects of a set that one part alone may have their shapes without
+        them: as much as that explains beyond ALONE, and at most ALONE for each, for what moves in
+        one part alone, a leg that swings once, shows to the others hardly how large it is.
+
+        `free` (k,): which of the set's numbers are not held at 0.
         """
-        return bool(names) and all(self._is_seen_once(name) for name in names)
-
-    def _is_seen_once(self, name: str) -> bool:
-        if name not in self._seen_once:
-            own = self._where[name]
-            inside = np.array([np.trace(part[np.ix_(own, own)]) for part in self._part_information])
-            whole = np.zeros(PARTS)
-            for key, group in self.balances.groups.items():
-                if name in group.columns:
-                    whole += self._parts_of_signature(key, name)
-            once = inside.max() > ONCE * inside.sum()
-            self._seen_once[name] = bool(once and whole.max() < ONCE * whole.sum())
-        return self._seen_once[name]
-
-    def _parts_of_signature(self, key: str, name: str) -> Array:
-        """(PARTS,) sum of squares of an effect's signature in a group, by part, in shares."""
-        raw, candidate = self.balances.raw[key], self.balances.candidates[name]
-        rows = [raw.rows_of(change) for change in candidate.signature.values()]
-        size = np.square(np.column_stack(rows) * candidate.spreads).sum(axis=1)
-        return np.asarray(np.bincount(_parts(raw.time_s), size, PARTS) / size.sum())
+        out, first = 0.0, 0
+        for name in names:
+            own = free[first : first + len(self._where[name])]
+            first += len(own)
+            if own.any():
+                others = tuple(other for other in names if other != name)
+                chance = self._alone.log_factors(name, others, own) - ALONE
+                out += min(ALONE, float(np.logaddexp.reduce([0.0, *chance])))
+        return out
 
     def price(self, name: str) -> float:
         """What an effect's evidence is less for having been picked among alternatives."""
@@ -289,21 +275,10 @@ class Ledger:
         return courses or any(is_unexplained(n) for n in names)
 
 
-def _evidence(whole: Array, gradient: Array) -> float:
-    """Ln of a Bayes factor by information with that of the prior (k, k), and gradient (k,)."""
-    found = float(gradient @ np.linalg.solve(whole, gradient))
-    return 0.5 * found - 0.5 * float(np.linalg.slogdet(whole)[1])
-
-
 @cache
 def _draws(numbers: int) -> Array:
     """(DRAWS, numbers) of a standard normal distribution."""
     return np.random.default_rng(numbers).standard_normal((DRAWS, numbers))
-
-
-def _parts(time_s: Array) -> npt.NDArray[np.intp]:
-    """Which part of the recording rows at these times (rows,) are in."""
-    return np.asarray((time_s - time_s.min()) // PIECE_S % PARTS, dtype=np.intp)
 
 
 def log_gained(mean: float, spread: float, matters: float, least: float) -> float:

@@ -8,15 +8,17 @@ against every step away from a sound machine:
     score(none) = 0
     score(some name) = most of share t(lead) + second - price, over all sets
     score(no name) = share' t(lead) - price(unnamed)
-    second = share" t(gain - form lead) - price(two)      for sets of two, else 0
+    second = share t(gain - form lead) - price(two)       for sets of two places
+    second = share" t(gain - form_here lead) - price(two) for two at one place; else 0
 
 `lead` is ln B of a set's stronger effect alone beyond what sound machines reach, `gain` what the
 other adds to it, beyond the same for its kind. t(x) = much ln(1 + x / much): no law is known to the
 letter, so ten times the evidence is not ten times as sure; nor is a second effect sure that
-explains but a share `form` of what the first one does: at one place (`form_here`) a law's own error
-looks like one. Probabilities go as exp(score). The sets of names divide theirs as
-exp(share_named lead + second): beside each other signatures are wrong by more than a sound machine
-is. A kind of effect is as likely as another, so one that has many places is less likely at each.
+explains but a share `form` of what the first one does. At one place a law's own error looks like
+one, so that evidence counts by less there (share"); at another it counts as a first one's does.
+Probabilities go as exp(score). The sets of names divide theirs as exp(share_named lead + second):
+beside each other signatures are wrong by more than a sound machine is. A kind of effect is as
+likely as another, so one that has many places is less likely at each.
 What sound machines reach (`sound`) is known for each kind and joint (`sort_of`): some signatures
 look like what the model itself is wrong about, others like nothing. What errors of any course at
 its places explain beyond a set and LAW of it counts against it (`rest`). Errors of any course in
@@ -131,7 +133,8 @@ class Weighed:
         rest = (1.0 - self.unnamed) * numbers["rest"] * self.left
         bent = numbers["form_here"] * self.here + numbers["form"] * self.elsewhere
         added = tempered(self.gain - bent, numbers["much"])
-        beside = self.two * (numbers["share_second"] * added - numbers["two"]) - rest
+        second = np.where(self.here > 0.0, numbers["share_second"], numbers["share"])
+        beside = self.two * (second * added - numbers["two"]) - rest
         out = np.asarray(share * tempered(self.lead, numbers["much"]) + beside - price)
         named = self.unnamed == 0.0
         if named.any():
