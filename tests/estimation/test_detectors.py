@@ -148,7 +148,8 @@ def test_the_live_contact_state_is_judged_by_the_one_that_the_chain_steps() -> N
 
 def _words(detector: Any, load: np.ndarray) -> np.ndarray:
     """Whether a detector calls a foot with this load (n,), N, lost."""
-    limits, state = limits_of(detector, ""), ContactState.one(contact=1.0, since=0.0, surely=0.0)[0]
+    limits, state = limits_of(detector, ""), ContactState.zeros()[0]
+    state.contact = 1.0
     scores = detector.scores(_samples(load))[:, 0]
     return np.array([step(state, -score, 1e-3, limits) == 0.0 for score in scores])
 
