@@ -78,9 +78,7 @@ class DrillHoleEnv(RoboclimberEnv):
         self._orders, self._sharing = Orders(), Corrected()
         self._slip_m = self._diagonal = 0.0
         machine = self._sim.machine
-        ropes = (
-            machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
-        )
+        ropes = machine.expectation.surveyed.turned(machine.ground.rotation_slope_to_world.T)
         layer = distribution(machine.belief, ropes, self._sharing)
         machine.gait = Layered(machine.gait, (layer, self._orders))
 

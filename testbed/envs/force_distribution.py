@@ -45,9 +45,7 @@ class ForceDistributionEnv(RoboclimberEnv):
         footing_sd_m = self.scale.length * FOOTING_SD_M
         self._trim.goal_m = self.np_random.normal(0.0, footing_sd_m, len(LEGS))
         machine.gait = Layered(machine.gait, (self._trim,))
-        ropes = (
-            machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
-        )
+        ropes = machine.expectation.surveyed.turned(machine.ground.rotation_slope_to_world.T)
         self._layer = distribution(machine.belief, ropes, self._sharing)
 
     def _settle(self) -> tuple[Array, Array]:

@@ -34,6 +34,12 @@ class Interval(Record):
     low = quantity("N", "lower end of the 90 % interval", per=LEGS)
     high = quantity("N", "upper end of the 90 % interval", per=LEGS)
     sd = quantity("N", "standard deviation", per=LEGS)
+    spread = quantity(
+        "N",
+        "standard deviation with one share of all that is not known, constants and friction alike: "
+        "what learned contact detectors weigh the estimate by",
+        per=LEGS,
+    )
 
 
 class FootForces(Record):

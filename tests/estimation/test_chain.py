@@ -181,14 +181,15 @@ def test_chain_follows_a_true_step_that_locks_the_modified_filter_out():
     assert abs(out["estimate_own_fl"][2050] - load[2050]) < 60.0
 
 
-def contact_states(load, first):
+def contact_states(load, first, settled=np.inf):
     """Contact states over loads (n,), N, with an upper limit of 1500 and a lower one of 700 N, 20
-    ms each.
+    ms each; `settled`: that of the mean load over half a second.
     """
     limits = contact.ContactLimits.one(
-        on=1500.0, off=700.0, dwell_on=0.02, dwell_off=0.02, sure=6000.0, dwell_sure=0.005
+        **{"on": 1500.0, "off": 700.0, "dwell_on": 0.02, "dwell_off": 0.02},
+        **{"sure": 6000.0, "dwell_sure": 0.005, "settled": settled, "settling": 0.5},
     )[0]
-    state = contact.ContactState.one(contact=first, since=0.0, surely=0.0)[0]
+    state = contact.ContactState.one(contact=first, since=0.0, surely=0.0, mean=0.0)[0]
     return np.array([contact.step(state, value, 1e-3, limits) for value in load])
 
 
@@ -210,6 +211,20 @@ def test_load_between_both_thresholds_keeps_the_contact_state():
     middle = np.full(500, 1000.0)
     assert np.all(contact_states(middle, 1.0) == 1.0)
     assert np.all(contact_states(middle, 0.0) == 0.0)
+
+
+def test_a_load_that_stays_in_between_is_contact_once_its_mean_since_the_loss_is_high_enough():
+    """The mean of 900 N since nothing reaches 800 N after ln 9 time constants; a gap in the
+    readings stops it, and one that was loaded before tells nothing.
+    """
+    middle = np.full(2000, 900.0)
+    assert np.flatnonzero(contact_states(middle, 0.0, 800.0))[0] == pytest.approx(1098, abs=3)
+    assert np.all(contact_states(middle, 0.0, 950.0) == 0.0)
+    gap = np.concatenate([np.full(500, 900.0), np.full(500, np.nan), middle])
+    assert np.flatnonzero(contact_states(gap, 0.0, 800.0))[0] == pytest.approx(1598, abs=3)
+    lost = np.concatenate([np.full(3000, 5000.0), np.full(20, 0.0), middle])
+    states = contact_states(lost, 1.0, 800.0)
+    assert np.all(states[3020:4000] == 0.0) and states[-1] == 1.0
 
 
 def test_replay_equals_the_live_steps():

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.body_records import BodyState
+from testbed.estimation.live.body_records import BodyBelief, BodyState
 from testbed.estimation.live.cylinder_errors import (
     force_error,
     leg_variance,
+    reported_variance,
+    spread_variance,
     write_cylinder_weights,
     write_leg_weights,
 )
@@ -56,3 +58,26 @@ def test_a_legs_variance_is_that_of_its_row_and_deaf_to_the_other_legs(state: An
     root = np.random.default_rng(4).normal(size=(fu.N, fu.N))
     assert leg_variance(root @ root.T, row, 1) == pytest.approx(row @ root @ root.T @ row)
     assert leg_variance(root @ root.T, row, 2) == 0.0
+
+
+@pytest.mark.parametrize(("has_slid", "share"), [(0.0, 0.75 * 0.7), (1.0, 0.75)])
+def test_all_that_constants_make_is_told_and_of_friction_what_control_leaves(
+    state: Any, has_slid: float, share: float
+) -> None:
+    """A zero of 30 N and friction of 40 N at one cylinder, beside 15 N of the filtered load; the
+    spread takes the same share of both.
+    """
+    body = BodyBelief.zeros()[0]
+    body.told_share, body.stuck_told, body.friction_told, body.noise_sd = 0.75, 0.7, 0.9, 15.0
+    state.doubt, state.axes[5].has_slid = 1.0, has_slid
+    zero, friction = fu.ZERO + 5, fu.DEVIATION + 5
+    state.fusion.p[zero, zero] = state.fusion.fixed[zero, zero] = 900.0
+    state.fusion.p[friction, friction] = 1600.0
+    row = np.zeros(fu.N)
+    row[zero] = row[friction] = 1.0
+    told = reported_variance(1, row, body, state)
+    assert told == pytest.approx(900.0 + (0.9 * share) ** 2 * 1600.0 + 225.0)
+    assert spread_variance(1, row, body, state) == pytest.approx(share**2 * 2500.0 + 225.0)
+    state.doubt = 1e12  # a balance that nobody believes: all of it, either way
+    assert reported_variance(1, row, body, state) == pytest.approx(2725.0)
+    assert spread_variance(1, row, body, state) == pytest.approx(2725.0)

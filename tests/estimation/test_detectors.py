@@ -30,6 +30,7 @@ from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import belief_of
 from testbed.estimation.live.contact import ContactState, step
 from testbed.estimation.live.selected import limits_of
+from testbed.formats.intervals import Z90
 from testbed.machine.build import build_machine
 from testbed.recording.rows import METHODS, DataRow
 
@@ -148,7 +149,8 @@ def test_the_live_contact_state_is_judged_by_the_one_that_the_chain_steps() -> N
 
 def _words(detector: Any, load: np.ndarray) -> np.ndarray:
     """Whether a detector calls a foot with this load (n,), N, lost."""
-    limits, state = limits_of(detector, ""), ContactState.one(contact=1.0, since=0.0, surely=0.0)[0]
+    limits, state = limits_of(detector, ""), ContactState.zeros()[0]
+    state.contact = 1.0
     scores = detector.scores(_samples(load))[:, 0]
     return np.array([step(state, -score, 1e-3, limits) == 0.0 for score in scores])
 
@@ -285,7 +287,8 @@ def test_a_view_knows_from_the_body_s_motion_which_corner_the_ground_pushes_back
     samples["row"]["angular_rate"][:, 0] = 0.3e-4 * turn * np.cos(turn * time)
     samples["derived"]["balance"] -= 20.0e6 * place[:, None]
     samples["derived"]["balance"][:, 0] = 0.0
-    samples["row"]["estimate_own"]["low"] = 4000.0
+    samples["row"]["estimate_own"]["spread"] = 1000.0 / Z90
+    samples["row"]["estimate_own"]["low"] = -1e5  # an interval changes no view
     views, scale = np.empty((1, 4, len(VIEW))), ViewNumbers.one(**Learned.scale)
     views_over(np.asarray(samples), scale, FootMemory.zeros(4), 1e-3, len(time), views)
     hung, right, left, _ = (dict(zip(VIEW, foot, strict=True)) for foot in views[0])

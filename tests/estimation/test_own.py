@@ -204,6 +204,33 @@ def test_one_observation_is_the_textbook_kalman_update() -> None:
     assert p[zero, friction] == pytest.approx(-9.0 * 16.0 / 50.0)
 
 
+@pytest.mark.parametrize(("learns", "left"), [(True, (0.82, -0.32)), (False, (1.0, -0.32))])
+def test_what_a_constant_makes_of_the_variance_is_what_the_gains_leave_of_it(
+    learns: bool, left: tuple[float, float]
+) -> None:
+    """A zero's variance 9, friction's 16, noise 25: of the zero's error 1 - gain is left in it, and
+    less the gain goes to friction. Then friction forgets three quarters.
+    """
+    filter_ = started(zero_sd=3.0, spread=4.0, balance_sd=1.0)
+    h, fixed, places = np.zeros(fu.N), filter_["fixed"], [fu.ZERO, fu.DEVIATION]
+    h[places] = 1.0
+    fu.observe(filter_, h, 10.0, 25.0, 1e9, learns)
+    np.testing.assert_allclose(fixed[np.ix_(places, places)], 9.0 * np.outer(left, left))
+    filter_["sizes"]["keep"][0] = 0.25
+    fu.predict(filter_)
+    faded = np.array([left[0], 0.25 * left[1]])
+    np.testing.assert_allclose(fixed[np.ix_(places, places)], 9.0 * np.outer(faded, faded))
+
+
+def test_where_friction_and_the_balance_are_exact_the_constants_make_all_of_the_variance() -> None:
+    filter_ = started(zero_sd=3.0, spread=0.0, balance_sd=0.0)
+    h = np.zeros(fu.N)
+    h[[fu.ZERO, fu.ZERO + 1, fu.DEVIATION]] = 1.0, -2.0, 1.0
+    for _ in range(3):
+        fu.observe(filter_, h, 5.0, 1e-9, 1e9, True)
+    np.testing.assert_allclose(filter_["fixed"], filter_["p"], atol=1e-6)
+
+
 def test_what_leaves_its_set_goes_to_a_zero_that_is_set_free_and_to_no_other_constant() -> None:
     filter_ = started(zero_sd=30.0, spread=40.0, balance_sd=1.0)
     filter_["blamed"][0] = 30.0

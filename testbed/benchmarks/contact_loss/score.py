@@ -173,8 +173,10 @@ def raised(hold: Hold, higher: float) -> Hold:
     """
     if hold.margin <= 0.0:
         return hold
-    margin, sure = max(hold.margin + higher, 0.0), max(hold.sure_margin + higher, 0.0)
-    return replace(hold, margin=margin, sure_margin=sure)
+    margin, sure, slow = (
+        max(level + higher, 0.0) for level in (hold.margin, hold.sure_margin, hold.slow_margin)
+    )
+    return replace(hold, margin=margin, sure_margin=sure, slow_margin=slow)
 
 
 @njit

@@ -36,20 +36,29 @@ from testbed.machine.names import LEGS
 @dataclass(frozen=True)
 class Hold:
     """When a foot that was called lost counts as loaded again: once its score has been `margin` or
-    more below the threshold for `dwell_s`, or `sure_margin` or more for `sure_s`.
+    more below the threshold for `dwell_s`, or `sure_margin` or more for `sure_s`, or once the mean
+    of the score since the loss, with time constant `slow_s`, is `slow_margin` or more below it.
 
     A score near the threshold crosses it with every blow of the drill. A hold turns twenty alarms
-    into one, at the price of a longer wrong state.
+    into one, at the price of a longer wrong state; its mean ends that of a foot that bears little
+    for long, and is never sure.
     """
 
     margin: float = 0.0
     dwell_s: float = 0.02
     sure_margin: float = math.inf
     sure_s: float = 0.0
+    slow_margin: float = math.inf
+    slow_s: float = 0.0
 
     def scaled(self, force: float) -> Hold:
         """The same for scores in N, of a machine whose forces are `force` times as large."""
-        return replace(self, margin=force * self.margin, sure_margin=force * self.sure_margin)
+        return replace(
+            self,
+            margin=force * self.margin,
+            sure_margin=force * self.sure_margin,
+            slow_margin=force * self.slow_margin,
+        )
 
 
 D = TypeVar("D")

@@ -17,6 +17,7 @@ import math
 from typing import Any
 
 from testbed.compiled import njit
+from testbed.formats.intervals import Z90
 from testbed.formats.records import Record, quantity
 from testbed.machine.names import LEGS
 
@@ -67,7 +68,7 @@ class Motion(Record):
     speed = quantity("m/s", "mean speed of the piston")
     slow = quantity("N", "mean of `own` over 1 s")
     swung = quantity("N", "mean distance of a load's short mean from its long one", per=HELD)
-    low = quantity("N", "mean lower end of the interval of `own`")
+    low = quantity("N", "mean lower end of the interval of `own` by its spread")
     high = quantity("N", "the same, upper end")
 
 
@@ -83,7 +84,8 @@ def remember_motion(
     slow, long = dt / (SLOW_S + dt), dt / (LONG_S + dt)
     if fresh:
         quick = brief = slow = long = 1.0
-    low, high = row.estimate_own.low[foot], row.estimate_own.high[foot]
+    far = Z90 * row.estimate_own.spread[foot]
+    low, high = row.estimate.own[foot] - far, row.estimate.own[foot] + far
     if math.isfinite(low + high):
         motion.low += quick * (low - motion.low)
         motion.high += quick * (high - motion.high)

@@ -73,7 +73,7 @@ class View(Record):
 
     loads = quantity("1", "running means of the loads", per=(LOADS, MEANS))
     expected = quantity("1", "running mean of the expected load")
-    own_sd = quantity("1", "standard deviation of `own`")
+    own_sd = quantity("1", "spread of `own`, a standard deviation")
     stirred = quantity("1", "mean distance of a load from its mean", per=STIRRED)
     extremes = quantity("1", "what the foot bore of the last 300 ms", per=EXTREMES)
     meant_to_carry = quantity("1", "1 for a foot in stance")
@@ -201,7 +201,7 @@ def update_views(
             for k in range(len(MEANS)):
                 view.loads[load, k] = math.asinh(m.means[load, k] / unit)
         view.expected = math.asinh(m.expected / unit)
-        view.own_sd = math.asinh(row.estimate_own.sd[foot] / unit)
+        view.own_sd = math.asinh(row.estimate_own.spread[foot] / unit)
         for k in range(len(STIRRED)):
             view.stirred[k] = math.asinh(m.stirred[k] / unit)
         for k in range(len(EXTREMES)):
@@ -218,7 +218,7 @@ def update_views(
         view.least = math.asinh(m.least / unit)
         for k in range(len(BEHIND)):
             view.behind[k] = math.asinh(m.behind[k] / unit)
-        view_of_history(memories, foot, row.estimate_own.sd[foot], unit, view.history)
+        view_of_history(memories, foot, row.estimate_own.spread[foot], unit, view.history)
         view_of_motion(memories, foot, numbers, view.motion)
 
 
@@ -377,10 +377,11 @@ class Learned:
 
 class Patient(Learned):
     """The same score for one who wants few alarms: a foot is called lost once that is
-    far surer, and loaded again later. It finds fewer short losses, and touchdowns later.
+    far surer, and loaded again later, if only by the mean of the score over two seconds. It
+    finds fewer short losses, and touchdowns later.
     """
 
     name, text = "patient", "the same networks, surer before they speak"
     smooth_s = 0.014
     threshold = 2.5
-    hold = Hold(margin=4.7, dwell_s=0.2, sure_margin=6.4, sure_s=0.02)
+    hold = Hold(4.7, 0.2, sure_margin=5.9, sure_s=0.012, slow_margin=2.0, slow_s=2.0)

@@ -30,7 +30,6 @@ from testbed.scenario.machines import WORKSHOP
 EVEN = 1.0 / math.sqrt(3.0)
 """One standard deviation of what is anywhere in a set, as a share of the set's half width."""
 
-
 TUNED_AT_S = 1.0e-3
 """What OwnTuning has by samples is for samples that are so far apart."""
 
@@ -156,6 +155,8 @@ class OwnTuning:
     """Of a filtered load."""
     moving_sd_n: float = 110.0
     """What inertia and friction leave beside that while the piston slides."""
+    steady_sd_n: float = 40.0
+    """What they leave where the body goes steadily."""
     told_share: float = 0.75
     """Of the filter's standard deviation, what intervals are made of: deviations end where their
     sets do, so that large ones are rarer than a normal law has them.
@@ -165,6 +166,8 @@ class OwnTuning:
     control that holds the posture leads most of it to less. Chosen on drawn machines whose seals
     begin loose, or stuck anywhere.
     """
+    friction_told: float = 0.93
+    """Of both, in an interval, of what friction makes: beside it the constants are told whole."""
     filter_q_n2: float = 150.0
     """Variance by which a load changes from sample to sample, for the filter of what is told."""
     filter_r_n2: float = 1500.0
@@ -229,7 +232,7 @@ def body_of(
     body["believed"] = 1.0
     if not holds(machine):
         # Right after a stop: at an end. What is even is told as it is.
-        t = replace(t, rest_share=EVEN, fresh_more=1.0 / EVEN - 1.0, told_share=1.0, stuck_told=1.0)
+        t = told_whole(replace(t, rest_share=EVEN, fresh_more=1.0 / EVEN - 1.0))
     _trust(body, t, model.total_mass_kg * GRAVITY_M_S2)
     body["decisions"]["end_zone"] = machine.scale.length * END_ZONE_M
     body["decisions"]["end_force"] = machine.scale.force * END_FORCE_N
@@ -299,7 +302,8 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
     body["air_load"], body["air_dwell"] = tuning.air_load_n, tuning.air_dwell_s
     body["air_sd"], body["learns_in_air"] = tuning.air_sd_n, tuning.swing
     body["balances"], body["noise_sd"] = tuning.balance, tuning.noise_sd_n
-    body["moving_sd"] = tuning.moving_sd_n
+    body["moving_sd"], body["steady_sd"] = tuning.moving_sd_n, tuning.steady_sd_n
+    body["friction_told"] = tuning.friction_told
     body["told_share"], body["stuck_told"] = tuning.told_share, tuning.stuck_told
     body["only_pushes"] = tuning.pushes
     body["shakes"], body["carries"] = tuning.shakes, tuning.carries_n
@@ -368,11 +372,19 @@ def unsurveyed(tuning: OwnTuning) -> OwnTuning:
     what friction hides. At rest it is anywhere in its set, and all of that is told.
     """
     alone = without(tuning, "balance", "weighs")
-    return replace(alone, rest_share=EVEN, fresh_more=0.0, told_share=1.0, stuck_told=0.6)
+    return told_whole(replace(alone, rest_share=EVEN, fresh_more=0.0), stuck_told=0.6)
 
 
 def unfelt(tuning: OwnTuning) -> OwnTuning:
     """The same where no inertial unit felt the body's acceleration: fast changes of the loads, of
     blows above all, are not followed, and what the filter does not know of is told.
     """
-    return replace(without(tuning, "shakes"), told_share=1.0)
+    alone = replace(without(tuning, "shakes"), steady_sd_n=tuning.moving_sd_n)
+    return told_whole(alone, tuning.stuck_told)
+
+
+def told_whole(tuning: OwnTuning, stuck_told: float = 1.0) -> OwnTuning:
+    """The same with intervals of all that the filter does not know, on a vertical piston that never
+    slid of a share.
+    """
+    return replace(tuning, told_share=1.0, stuck_told=stuck_told, friction_told=1.0)

@@ -7,6 +7,7 @@ from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import AxisBelief, AxisState, Decisions
 from testbed.estimation.live.belly_support import Support
 from testbed.estimation.live.body_acceleration import AccelerationMemory
+from testbed.estimation.live.body_stirred import Stirred
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
@@ -51,7 +52,9 @@ class BodyBelief(Record):
     noise_sd = quantity("N", "noise of a filtered load")
     moving_sd = quantity("N", "what inertia and friction leave beside it while the piston slides")
     told_share = quantity("1", "of the filter's standard deviation, that is told")
+    steady_sd = quantity("N", "the same where the body goes steadily")
     stuck_told = quantity("1", "of that, on a vertical piston that never slid")
+    friction_told = quantity("1", "of both, of what friction makes, in an interval")
     set_margin = quantity("1", "by which friction's set may be wider than believed, of its width")
     news_share = quantity("1", "of a change of force at rest, that may be friction's")
     news_noise = quantity("N", "of such a change, that is noise")
@@ -110,9 +113,11 @@ class BodyState(Record):
     support = part(Support, "what carries the body that no sensor reads")
     ropes = part(RopeBearings, "where the ropes lead by now, world frame")
     shaken = part(AccelerationMemory, "fast changes of the loads")
+    stirred = part(Stirred, "how unsteadily the body goes")
     level = quantity("N", "filtered force along x and y", per=(LEGS, ("x", "y")))
     force_sd = quantity(
         "N", "standard deviation of a foot force at the last balance", per=(LEGS, XYZ)
     )
+    spread = quantity("N", "of a foot's load by one share of all, at the last balance", per=LEGS)
     last_force = quantity("N", "foot forces of the last step", per=(LEGS, XYZ))
     zero_variance = quantity("N2", "what the zeros' variance has been granted so far", per=AXES)

@@ -182,7 +182,7 @@ def tell_own(row: Any, leg: int, load: float, interval: tuple[float, float, floa
     low, high, sd = interval
     row.estimate.own[leg] = row.own.z[leg] = load
     row.estimate_own.low[leg], row.estimate_own.high[leg] = low, high
-    row.estimate_own.sd[leg] = row.own.z_sd[leg] = sd
+    row.estimate_own.sd[leg] = row.estimate_own.spread[leg] = row.own.z_sd[leg] = sd
     row.own.x[leg] = row.own.y[leg] = row.own.x_sd[leg] = row.own.y_sd[leg] = 0.0
 
 

@@ -106,6 +106,7 @@ def free_likeliest_zero(rows: Any, fusion: Any) -> None:
     if likeliest != NOBODY:
         fusion.blamed[likeliest] = size
         fusion.p[fu.ZERO + likeliest, fu.ZERO + likeliest] += size**2
+        fusion.fixed[fu.ZERO + likeliest, fu.ZERO + likeliest] += size**2
         suspicion.age = 0.0
 
 

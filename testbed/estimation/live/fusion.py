@@ -118,6 +118,7 @@ class Fusion(Record):
 
     x = quantity("N", "Unknowns", per=NAMES)
     p = quantity("N2", "their covariance", per=(NAMES, NAMES))
+    fixed = quantity("N2", "what of it the constants make, without noise", per=(NAMES, NAMES))
     blamed = quantity("N", "how far a zero is off that is set free; 0: it is not", per=AXES)
     suspicion = part(Suspicion, "of its sensors")
     sizes = part(Sizes, "expected")
@@ -136,12 +137,15 @@ def start(fusion: Any, known: Any) -> None:
     for index in range(N):
         x[index] = 0.0
         for j in range(N):
-            p[index, j] = 0.0
+            p[index, j] = fusion.fixed[index, j] = 0.0
     for index in range(len(CONSTANTS)):
         p[index, index] = known[index] ** 2
         fusion.suspicion.known[index] = known[index]
     for index in range(12):
         p[ZERO + index, ZERO + index] = sizes.zero_sd[index] ** 2
+    for index in range(len(CONSTANTS)):
+        fusion.fixed[index, index] = p[index, index]
+    for index in range(12):
         p[DEVIATION + index, DEVIATION + index] = sizes.spread[index] ** 2
     for index in range(6):
         p[BALANCE + index, BALANCE + index] = sizes.doubted_sd[index] ** 2
@@ -153,8 +157,10 @@ def fade(fusion: Any, i: int, kept: float) -> None:
     fusion.x[i] *= kept
     for index in range(N):
         fusion.p[i, index] *= kept
+        fusion.fixed[i, index] *= kept
     for index in range(N):
         fusion.p[index, i] *= kept
+        fusion.fixed[index, i] *= kept
 
 
 @njit
@@ -168,8 +174,9 @@ def predict(fusion: Any) -> None:
         fade(fusion, d, sizes.keep[index])
         p[d, d] = min(p[d, d] + sizes.news[index], max(spread, p[d, d]))
         p[d, d] += (1.0 - sizes.keep[index] ** 2) * spread
-        p[z, z] += sizes.zero_grown[index]
-        p[z, z] += fusion.blamed[index] ** 2 * sizes.dt / FREED_S
+        grown = sizes.zero_grown[index] + fusion.blamed[index] ** 2 * sizes.dt / FREED_S
+        p[z, z] += grown
+        fusion.fixed[z, z] += grown
     for a in range(4):
         for b in range(a):
             i, j = 3 * a + 2, 3 * b + 2
@@ -202,15 +209,17 @@ def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) 
     Where it does not learn, constants are considered (Schmidt), but for zeros that are set free:
     they stay as they are, and what is not known of them is not known of the others either.
     """
-    x, p = fusion.x, fusion.p
-    ph, gain = np.zeros(N), np.zeros(N)
-    variance, error = r, y
+    x, p, fixed = fusion.x, fusion.p, fusion.fixed
+    ph, gain, fixed_h = np.zeros(N), np.zeros(N), np.zeros(N)
+    variance, error, fixed_variance = r, y, 0.0
     for index in range(N):
         if h[index] != 0.0:  # many are
             for i in range(N):
                 ph[i] += p[index, i] * h[index]
+                fixed_h[i] += fixed[index, i] * h[index]
     for i in range(N):
         variance += h[i] * ph[i]
+        fixed_variance += h[i] * fixed_h[i]
         error -= h[i] * x[i]
     score = error / math.sqrt(variance)
     if abs(score) > gate:
@@ -221,8 +230,10 @@ def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) 
             x[i] += gain[i] * error
     for i in range(N):
         rest = ph[i] - variance * gain[i]
+        fixed_rest = fixed_h[i] - fixed_variance * gain[i]
         for index in range(N):
             p[i, index] -= gain[i] * ph[index] + rest * gain[index]
+            fixed[i, index] -= gain[i] * fixed_h[index] + fixed_rest * gain[index]
     return score
 
 

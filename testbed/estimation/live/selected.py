@@ -102,4 +102,4 @@ class SelectedEstimator:
         loads, low, high = told_of(self._estimator, row, "estimator.method", self._name)
         rows["estimate"]["own"], interval = loads, rows["estimate_own"]
         interval["low"], interval["high"] = low, high
-        interval["sd"] = sd_of((low, high))
+        interval["sd"] = interval["spread"] = sd_of((low, high))

@@ -21,6 +21,7 @@ from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import Loads, step_axis
 from testbed.estimation.live.belly_support import something_else_carries
 from testbed.estimation.live.body_acceleration import add_fast_changes
+from testbed.estimation.live.body_stirred import moving_variance, stir
 from testbed.estimation.live.body_wrench import write_body_wrench
 from testbed.estimation.live.cylinder_errors import (
     UP,
@@ -29,6 +30,7 @@ from testbed.estimation.live.cylinder_errors import (
     learn_in_air,
     learn_no_pull,
     reported_variance,
+    spread_variance,
     write_cylinder_weights,
     write_leg_weights,
 )
@@ -110,6 +112,8 @@ def take_means(body: Any, state: Any) -> Any:
         felt = sums.specific_force[index] / count
         change += (felt - means.specific_force[index]) ** 2
         means.specific_force[index] = felt
+    stir(means.specific_force, dt, state.stirred)
+    for index in range(3):
         sums.angular_rate[index] = sums.specific_force[index] = 0.0
     state.unsteady = body.weight / body.gravity * math.sqrt(change)
     for index in range(2):
@@ -169,6 +173,7 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
         for axis in range(3):
             write_leg_weights(leg, maps[leg, axis], state, weights)
             state.force_sd[leg, axis] = math.sqrt(reported_variance(leg, weights, body, state))
+        state.spread[leg] = math.sqrt(spread_variance(leg, weights, body, state))
 
 
 @njit
@@ -351,9 +356,13 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
 
 @njit
 def bounds(leg: int, load: float, body: Any, state: Any, interval: Any) -> None:
-    """Write the standard deviation and the 90 % interval of a foot's load (N) into `interval`."""
-    variance = state.filters[leg].estimate.variance
-    variance += (state.axes[VERTICAL[leg]].slides * body.moving_sd) ** 2
-    sd = math.sqrt(state.force_sd[leg, UP] ** 2 + variance)
+    """Write the standard deviation, the 90 % interval and the spread of a foot's load (N) into
+    `interval`.
+    """
+    slides, filtered = state.axes[VERTICAL[leg]].slides, state.filters[leg].estimate.variance
+    moving = slides**2 * moving_variance(load, body, state.stirred)
+    sd = math.sqrt(state.force_sd[leg, UP] ** 2 + (filtered + moving))
+    other = filtered + (slides * body.moving_sd) ** 2
+    interval.spread[leg] = math.sqrt(state.spread[leg] ** 2 + other)
     interval.sd[leg] = sd
     interval.low[leg], interval.high[leg] = load - Z90 * sd, load + Z90 * sd

@@ -5,7 +5,7 @@ JSON is complete.
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -103,6 +103,7 @@ def test_a_higher_threshold_leaves_the_levels_of_a_loaded_foot_where_they_are() 
     higher, lower = raised(hold, 1.5), raised(hold, -3.0)
     assert (higher.margin, higher.sure_margin, higher.dwell_s) == (3.5, 6.5, 0.1)
     assert (lower.margin, lower.sure_margin) == (0.0, 2.0)
+    assert raised(replace(hold, slow_margin=1.0), 1.5).slow_margin == 2.5
     assert raised(DROP, 1.5) == DROP
     off = _reference(_normal((3, 5000, 5000), (0.3, 0, 0), (2, 5000, 5000)))
     score = np.full((len(off.time_s), 4), -6.0)
