@@ -66,6 +66,19 @@ NO_ROPES = SurveyedRopes.along(np.zeros((len(SIDES), 3)))
 """The survey of a machine that hangs on nothing."""
 
 
+class Bearings:
+    """Follows surveyed ropes from Python; compiled code calls `follow`."""
+
+    def __init__(self, ropes: SurveyedRopes) -> None:
+        self._ropes, self._state = ropes, RopeBearings.zeros()
+
+    def directions(self, feet: Array, stands: Array) -> Array:
+        """Unit vectors (2, 3) towards the anchors now. feet (4, 3), m, stands (4): see follow."""
+        ropes = self._ropes
+        _follow_first(ropes.directions, ropes.distances_m, feet, stands, self._state)
+        return np.array(self._state["direction"][0])
+
+
 class RopeBearings(Record):
     """Where the ropes lead by now. The frame is that of the survey."""
 
@@ -108,3 +121,9 @@ def follow(directions: Any, distances: Any, feet: Any, stands: Any, bearings: An
             square = math.inf  # there is no rope
         for axis in range(3):
             bearings.direction[rope, axis] /= math.sqrt(square)
+
+
+@njit
+def _follow_first(directions: Any, distances: Any, feet: Any, stands: Any, bearings: Any) -> None:
+    """`follow` for an array of one: a single record costs a caller in Python memory."""
+    follow(directions, distances, feet, stands, bearings[0])

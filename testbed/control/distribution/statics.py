@@ -19,7 +19,7 @@ from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.linkage import Linkages
 from testbed.robot.loads.foot_loads import OilColumns, drill_wrench, known_wrench, point_wrench
 from testbed.robot.model import RobotModel, attitude_gravity
-from testbed.robot.rope_bearings import RopeBearings, SurveyedRopes, follow
+from testbed.robot.rope_bearings import Bearings, SurveyedRopes
 
 FEET = 3 * len(LEGS)
 """How many of the unknowns are forces on feet: z, x, y of each."""
@@ -112,7 +112,7 @@ class Statics:
 
     def __init__(self, model: RobotModel, machine: Machine, ropes: SurveyedRopes) -> None:
         self.model, self.scale = model, machine.scale
-        self._ropes, self._bearings = ropes, RopeBearings.zeros()
+        self._bearings = Bearings(ropes)
         areas = np.array([axis.cylinder.areas_m2 for axis in machine.axes.values()])
         self._area_a, self._area_b = areas.T.copy()
         self._linkages = Linkages.from_machine(machine)
@@ -158,12 +158,11 @@ class Statics:
 
     def _work_out(self, position: Array, stance: Flags) -> _Posture:
         points, jacobians = self.model.feet(position)
-        bearings, ropes = self._bearings[0], self._ropes
-        follow(ropes.directions, ropes.distances_m, points, stance.astype(float), bearings)
+        directions = self._bearings.directions(points, stance.astype(float))
         balance, joint_map = np.zeros((6, UNKNOWNS)), np.zeros((len(AXES), UNKNOWNS))
         balance[:, :FEET] = _maps(points)
         for k, at in enumerate(self.model.rope_attachments_m):
-            balance[:, ROPES.start + k] = point_wrench(bearings["direction"][k], at)
+            balance[:, ROPES.start + k] = point_wrench(directions[k], at)
         joint_map[:, :FEET] = -jacobians[:, _ORDER].reshape(FEET, len(AXES)).T
         turned = np.linalg.qr(balance[:, :FEET].T, mode="complete")[0]
         arms = self._linkages.rods(position)[1]

@@ -33,7 +33,7 @@ from testbed.machine.names import AXES, LEGS, VERTICAL
 from testbed.robot.contact.geometry import FootLoads, Ground, Legs, feet_under_load
 from testbed.robot.linkage import Linkages
 from testbed.robot.model import Payload, RobotModel, rotation_from_attitude
-from testbed.robot.rope_bearings import RopeBearings, SurveyedRopes, follow
+from testbed.robot.rope_bearings import Bearings, SurveyedRopes
 
 WORKING_PRESSURE_PA = 4.0e6
 """Gauge pressure at which the oil's modulus is taken: 15 kN on the 70 mm bore (a foot's share with
@@ -307,7 +307,7 @@ class Expectation:
     def __init__(self, loads: ExpectedLoads, ropes: SurveyedRopes) -> None:
         self._loads = loads
         self.surveyed = ropes
-        self._bearings = RopeBearings.zeros()
+        self._bearings = Bearings(ropes)
         self._rope_forces = np.zeros((2, 3))
 
     @property
@@ -333,9 +333,8 @@ class Expectation:
         """
         rotation = rotation_from_attitude(attitude_rad)
         feet = self._loads.model.foot_positions_m(position) @ rotation.T
-        bearings, ropes = self._bearings[0], self.surveyed
-        follow(ropes.directions, ropes.distances_m, feet, standing, bearings)
-        self._rope_forces[:] = tension_n[:, None] * (bearings["direction"] @ rotation)
+        directions = self._bearings.directions(feet, standing)
+        self._rope_forces[:] = tension_n[:, None] * (directions @ rotation)
         found = self._loads.solve(
             position,
             gravity_in_body,
