@@ -16,6 +16,7 @@ from testbed.control.gaits.standing import Hold
 from testbed.control.layers import LEARN_S, KeepMast, Supervisor, Trim
 from testbed.errors import InputError
 from testbed.robot.model import rotation_from_attitude
+from testbed.robot.rope_bearings import SurveyedRopes
 from testbed.scenario.events import LiftFoot, SetRope
 from testbed.scenario.scenario import load_scenario
 
@@ -31,7 +32,7 @@ def seen(attitude_rad: np.ndarray) -> Measured:
 
 
 def shared() -> Layer:
-    ropes = np.array([[0.98, 0.2, 0.0], [0.98, -0.2, 0.0]])
+    ropes = SurveyedRopes.along(np.array([[29.4, 6.0, 0.0], [29.4, -6.0, 0.0]]))
     return distribution(shipped_robot(), ropes, controller("pseudo_inverse"))
 
 
