@@ -377,11 +377,10 @@ class Learned:
 
 class Patient(Learned):
     """The same score for one who wants few alarms: a foot is called lost once that is
-    far surer, and loaded again later, if only by the mean of the score over two seconds. It
-    finds fewer short losses, and touchdowns later.
+    far surer, and loaded again later. It finds fewer short losses, and touchdowns later.
     """
 
     name, text = "patient", "the same networks, surer before they speak"
     smooth_s = 0.014
     threshold = 2.5
-    hold = Hold(4.7, 0.2, sure_margin=5.9, sure_s=0.012, slow_margin=2.0, slow_s=2.0)
+    hold = Hold(margin=4.7, dwell_s=0.2, sure_margin=6.4, sure_s=0.02)
