@@ -4,6 +4,7 @@ they must.
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ from testbed.estimation.detectors.sample import OilState, Sample, Sampler, oil_t
 from testbed.estimation.detectors.table import DETECTORS, LIVE, detector_of
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import belief_of
-from testbed.estimation.live.contact import ContactState, step
+from testbed.estimation.live.contact import ContactState, limits_at, step
 from testbed.estimation.live.selected import limits_of
 from testbed.formats.intervals import Z90
 from testbed.machine.build import build_machine
@@ -367,3 +368,18 @@ def test_a_believed_drift_of_a_sensor_is_taken_out_of_what_detectors_look_at() -
     rows["pressure_b"], rows["position"], rows["supply_pressure"] = 2.0e6, 0.25, 9.0e6
     balance = Sampler(belief).samples(rows)["derived"]["balance"][:, 0]
     assert np.ptp(balance) < 1.0
+
+
+def test_a_lost_foot_is_loaded_again_once_the_mean_of_its_score_has_come_far_enough() -> None:
+    """Minus the score steps from 0 to 2; its mean with time constant 1 s is 1 after ln 2 s. It
+    reaches no other level of the hold, whose own mean would never end a loss.
+    """
+    dt, never = 1e-3, 1e9
+    for slow_margin, expected_s in ((1.0, math.log(2.0)), (math.inf, math.inf)):
+        hold = Hold(never, 0.2, sure_margin=never, slow_margin=slow_margin, slow_s=1.0)
+        limits, state = limits_at(0.0, hold), ContactState.zeros()
+        state["contact"] = 1.0
+        assert step(state[0], 0.0, dt, limits[0]) == 0.0, "lost"
+        steps = (k for k in range(3000) if step(state[0], 2.0, dt, limits[0]) == 1.0)
+        found_s = dt * next(steps, math.inf)
+        assert found_s == pytest.approx(expected_s, abs=2 * dt)
