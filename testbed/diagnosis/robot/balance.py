@@ -152,12 +152,16 @@ def balance_of(
         friction_use=_use(foot_force, frames, machine.scale),
         **other.seen(),
     )
-    counted = np.ones((n, 18), dtype=bool)
-    counted[:, 6:] = np.repeat(measured.hangs, JOINTS_A_LEG, axis=1)
-    counted[_lies(machine, frames, seen.foot_m), :6] = False
+    counted = _counted(hangs, _lies(machine, frames, seen.foot_m))
     missing, by_force = (np.array([getattr(one, name) for one in found]) for name in ROWS)
     missing += np.einsum("nri,ni->nr", by_force, less)
     return BodyBalance(seen, missing, by_force, counted, foot_force, spread)
+
+
+def _counted(hangs: npt.NDArray[np.bool_], lies: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """(n, 18) equations that count: the body's unless it lies (n,), of feet that hang (n, 4)."""
+    of_body = np.repeat(~lies[:, None], 6, axis=1)
+    return np.hstack([of_body, np.repeat(hangs, JOINTS_A_LEG, axis=1)])
 
 
 def _by_cylinder(bins: int, forces_n: Mapping[int, Array]) -> Array:
