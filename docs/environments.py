@@ -30,29 +30,42 @@ import gymnasium, testbed.envs
 env = gymnasium.make("Roboclimber/Drill-v0", randomisation="drill", render_mode="rgb_array")
 ```
 
-An observation is a vector of 32-bit floats: each row below mapped from [low, high] to [-1, 1] and clipped there; with
-`observations="dict"` it is every row by its name and in its unit. All rows are measurements, estimates or control's own
-orders; truth is in the reward and in `info` alone. A step is `step_ms` of the same loop as `testbed run`, 20 ms unless
-the keyword arguments below say otherwise. The reward is the sum of the terms below, each so much a unit;
-`info["reward_terms"]` has every step's. `info["action_mask"]`, and `action_masks()`, say which rows of an action have an
-effect in the next step. An episode ends (terminated) when the robot falls, slides or a rope breaks, and
-is cut off (truncated) at the scenario's end; a climb by groups of swings also where its steps are made or none is
-within reach. Same seed, same bits. `render_mode`: `rgb_array`, `human`. Vectors:
-`gymnasium.make_vec(id, n, vectorization_mode="async")`, autoreset in the next or in the same step. A reset draws a
-machine; `reset(options={"same_machine": True})` begins again on the last one with other noise, a thirtieth of the work.
-`env.unwrapped.save()` and `restore(saved)` go back to any instant of the episode, to the last bit; an environment itself is
-not pickled.
+- **observation**: a vector of 32-bit floats: each row of a table below mapped from [low, high] to [-1, 1] and clipped
+  there; with `observations="dict"` every row by its name and in its unit. All rows are measurements, estimates or
+  control's own orders; truth is in the reward and in `info` alone.
+- **action**: rows from -1 to 1; beyond that it is clipped, and one that holds no numbers is refused.
+  `info["action_mask"]`, and `action_masks()`, say which rows have an effect in the next step.
+- **step**: `step_ms` of the same loop as `testbed run`, 20 ms unless the keyword arguments below say otherwise.
+- **reward**: the sum of the terms below, each so much a unit; `info["reward_terms"]` has every step's.
+- **end**: terminated when the robot falls, slides or a rope breaks; truncated at the scenario's end; a climb by
+  groups of swings also where its steps are made or none is within reach.
+- **reset**: draws a machine; `reset(options={"same_machine": True})` begins again on the last one with other noise, a
+  thirtieth of the work. Same seed, same bits.
+- **save**: `env.unwrapped.save()` and `restore(saved)` go back to any instant of the episode, to the last bit; an
+  environment itself is not pickled.
+- **`render_mode`**: `rgb_array`, `human`.
+- **vectors**: `gymnasium.make_vec(id, n, vectorization_mode="async")`, autoreset in the next or in the same step.
 
-`info` has the truth of the step beside what is said above: `t_s` (s), `verdict`, `loads_n` (true normal loads at its end, N),
-and of the feet that are meant to carry `lowest_normal_n` (N), `friction_use` (mean over the step of the highest use; 1
-slides) and `feet_lost` (how many lost their load at some moment). An action beyond -1 to 1 is clipped; one that holds
-no numbers is refused.
+`info` has the truth of the step besides:
+
+| key | unit | what |
+|---|---|---|
+| `t_s` | s | simulated time |
+| `verdict` | | how the run stands |
+| `loads_n` | N | true normal loads at the step's end |
+| `lowest_normal_n` | N | of the feet that are meant to carry: the lowest normal load |
+| `friction_use` | 1 | of these: mean over the step of the highest use; 1 slides |
+| `feet_lost` | 1 | of these: how many lost their load at some moment |
 
 A scenario brings its own [machine](guides/own_machine.md). The ranges and rewards below are ROBOCLIMBER's; those of
-another machine follow from it: joints by how far they go, pressures by its transducers' range, all else by its size and
-the row's unit (Froude's law), so that the same share of the range means the same. `env.unwrapped.table`, `actions` and
-`scale` say them. A named set of what varies is drawn at the machine's size, a mapping of your own as it is written. A
-machine without ropes or drill has no environment whose task needs them.
+another machine follow from it:
+
+- joints by how far they go, pressures by its transducers' range, all else by its size and the row's unit (Froude's
+  law), so that the same share of the range means the same. `env.unwrapped.table`, `actions` and `scale` say them;
+- a named set of what varies is drawn at the machine's size, a mapping of your own as it is written;
+- a machine without ropes or drill has no environment whose task needs them.
+
+What there is to win in each: [what control can win](control.md).
 """
 
 

@@ -18,7 +18,7 @@ from testbed.workflows.own_files import check_answer, header_of
 
 if TYPE_CHECKING:
     from testbed.estimation.live.believed import Believed
-    from testbed.estimation.live.body_belief import OwnTuning
+    from testbed.estimation.live.own_tuning import OwnTuning
     from testbed.machine.model import Machine
     from testbed.recording.axis import Recording
     from testbed.recording.leg_model import LegModel
@@ -194,7 +194,7 @@ def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
     estimated by itself, from its three cylinders where they are recorded, else from the vertical
     one. Raises InputError for a model or a survey that cannot be understood.
     """
-    from testbed.estimation.live.body_belief import OwnTuning, unfelt
+    from testbed.estimation.live.own_tuning import OwnTuning, unfelt
     from testbed.recording.checks import usual_step_s
     from testbed.recording.robot_columns import OF_JOINTS
     from testbed.world.believed_robot import believed_robot
@@ -258,7 +258,7 @@ def _with_unsurveyed_body(belief: Believed, believed: BelievedRobot) -> Believed
     """`belief` with the machine's legs as they hang on its body, whose weight and ropes nobody
     knows.
     """
-    from testbed.estimation.live.body_belief import OwnTuning, unsurveyed
+    from testbed.estimation.live.own_tuning import OwnTuning, unsurveyed
     from testbed.robot.model import RobotModel
     from testbed.robot.rope_bearings import NO_ROPES
 

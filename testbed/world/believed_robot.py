@@ -28,7 +28,8 @@ from testbed.effects.rope_tension_gain import TensionGain
 from testbed.effects.terms import Hidden
 from testbed.errors import InputError, naming
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.body_belief import OwnTuning, body_of
+from testbed.estimation.live.body_belief import body_of
+from testbed.estimation.live.own_tuning import OwnTuning
 from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.formats.intervals import sd_of
 from testbed.machine.model import Machine

@@ -60,15 +60,19 @@ def test_a_legs_variance_is_that_of_its_row_and_deaf_to_the_other_legs(state: An
     assert leg_variance(root @ root.T, row, 2) == 0.0
 
 
-@pytest.mark.parametrize(("has_slid", "share"), [(0.0, 0.75 * 0.7), (1.0, 0.75)])
-def test_all_that_constants_make_is_told_and_of_friction_what_control_leaves(
-    state: Any, has_slid: float, share: float
+@pytest.mark.parametrize(
+    ("has_slid", "told_share", "share"), [(0.0, 0.8, 0.75 * 0.7), (1.0, 0.4, 0.75)]
+)
+def test_all_that_constants_make_is_told_and_of_friction_a_share(
+    state: Any, has_slid: float, told_share: float, share: float
 ) -> None:
     """A zero of 30 N and friction of 40 N at one cylinder, beside 15 N of the filtered load; the
     spread takes the same share of both.
     """
     body = BodyBelief.zeros()[0]
-    body.told_share, body.stuck_told, body.friction_told, body.noise_sd = 0.75, 0.7, 0.9, 15.0
+    body.spread_share, body.spread_stuck, body.noise_sd = 0.75, 0.7, 15.0
+    body.told.stuck, body.told.stopped = 0.8, 0.4
+    body.told.loaded_within = body.told.led_within = 1.0
     state.doubt, state.axes[5].has_slid = 1.0, has_slid
     zero, friction = fu.ZERO + 5, fu.DEVIATION + 5
     state.fusion.p[zero, zero] = state.fusion.fixed[zero, zero] = 900.0
@@ -76,7 +80,7 @@ def test_all_that_constants_make_is_told_and_of_friction_what_control_leaves(
     row = np.zeros(fu.N)
     row[zero] = row[friction] = 1.0
     told = reported_variance(1, row, body, state)
-    assert told == pytest.approx(900.0 + (0.9 * share) ** 2 * 1600.0 + 225.0)
+    assert told == pytest.approx(900.0 + told_share**2 * 1600.0 + 225.0)
     assert spread_variance(1, row, body, state) == pytest.approx(share**2 * 2500.0 + 225.0)
     state.doubt = 1e12  # a balance that nobody believes: all of it, either way
     assert reported_variance(1, row, body, state) == pytest.approx(2725.0)

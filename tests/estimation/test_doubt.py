@@ -12,9 +12,10 @@ from testbed.estimation.live import doubt
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import AxisState
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.body_belief import OwnTuning, body_of
+from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.body_records import BodyBelief
 from testbed.estimation.live.chain import EstimatorChain
+from testbed.estimation.live.own_tuning import OwnTuning
 from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES, VERTICAL

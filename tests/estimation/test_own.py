@@ -14,9 +14,10 @@ from testbed.estimation.live import axis, body_records, faulty_sensor, whole_bod
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import AxisState
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.body_belief import OwnTuning, body_of
+from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.estimation.live.fusion import Constants
+from testbed.estimation.live.own_tuning import OwnTuning
 from testbed.estimation.live.uncertainty import Uncertainty, constants
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS, VERTICAL

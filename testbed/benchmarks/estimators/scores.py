@@ -22,8 +22,8 @@ from testbed.estimation.estimator import estimator_of, loads_over
 from testbed.estimation.filters import persistent
 from testbed.estimation.leg.motion import motion, through_steps
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.body_belief import OwnTuning, without
 from testbed.estimation.live.joined import replay, replay_rows
+from testbed.estimation.live.own_tuning import OwnTuning, without
 from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90
 from testbed.formats.sockets import user_code

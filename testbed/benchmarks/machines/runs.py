@@ -18,8 +18,8 @@ from testbed.benchmarks.machines import moving_horizon
 from testbed.diagnosis.robot.commissioning import evidence_of, levelled, weighed
 from testbed.effects import by_name
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.body_belief import OwnTuning, without
 from testbed.estimation.live.joined import replay_rows
+from testbed.estimation.live.own_tuning import OwnTuning, without
 from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90

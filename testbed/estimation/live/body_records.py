@@ -8,6 +8,7 @@ from testbed.estimation.live.axis import AxisBelief, AxisState, Decisions
 from testbed.estimation.live.belly_support import Support
 from testbed.estimation.live.body_acceleration import AccelerationMemory
 from testbed.estimation.live.body_stirred import Stirred
+from testbed.estimation.live.told_friction import ForceRange, ToldShares
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
@@ -51,10 +52,11 @@ class BodyBelief(Record):
     carries = quantity("N", "from this load on a foot carries its share of these")
     noise_sd = quantity("N", "noise of a filtered load")
     moving_sd = quantity("N", "what inertia and friction leave beside it while the piston slides")
-    told_share = quantity("1", "of the filter's standard deviation, that is told")
     steady_sd = quantity("N", "the same where the body goes steadily")
-    stuck_told = quantity("1", "of that, on a vertical piston that never slid")
-    friction_told = quantity("1", "of both, of what friction makes, in an interval")
+    told = part(ToldShares, "of what friction makes, in an interval")
+    range_noise = quantity("N", "over which a piston's force seems to go by noise alone")
+    spread_share = quantity("1", "of the filter's standard deviation, that makes the spread")
+    spread_stuck = quantity("1", "of that, on a vertical piston that never slid")
     set_margin = quantity("1", "by which friction's set may be wider than believed, of its width")
     news_share = quantity("1", "of a change of force at rest, that may be friction's")
     news_noise = quantity("N", "of such a change, that is noise")
@@ -114,6 +116,7 @@ class BodyState(Record):
     ropes = part(RopeBearings, "where the ropes lead by now, world frame")
     shaken = part(AccelerationMemory, "fast changes of the loads")
     stirred = part(Stirred, "how unsteadily the body goes")
+    ranges = part(ForceRange, "of the vertical pistons' forces", per=LEGS)
     level = quantity("N", "filtered force along x and y", per=(LEGS, ("x", "y")))
     force_sd = quantity(
         "N", "standard deviation of a foot force at the last balance", per=(LEGS, XYZ)

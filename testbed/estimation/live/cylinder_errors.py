@@ -14,6 +14,7 @@ import numpy as np
 from testbed.compiled import njit
 from testbed.estimation.live import doubt
 from testbed.estimation.live import fusion as fu
+from testbed.estimation.live.told_friction import told_of_friction
 from testbed.formats.records import SET
 from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
 
@@ -69,12 +70,12 @@ def leg_variance(covariance: Any, weights: Any, leg: int) -> float:
 @njit
 def reported_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
     """Variance to report for a foot force, N2: all of what the machine's constants make of the
-    filter's variance, of what friction and noise make a share (`friction_told` of that of
-    `spread_variance`), and the noise of the filtered load.
-
-    Control leads friction to less than its set; it leads no constant anywhere.
+    filter's variance, of what friction makes a share (told_friction.py), more where the balance is
+    doubted, and the noise of the filtered load.
     """
-    share = doubt.told_share(share_of(leg, body, state) * body.friction_told, state.doubt)
+    piston, ends = state.axes[VERTICAL[leg]], state.ranges[leg]
+    told = told_of_friction(piston, ends, body.range_noise, body.told)
+    share = doubt.told_share(told, state.doubt)
     variance = max(leg_variance(state.fusion.p, weights, leg), 0.0)
     fixed = min(max(leg_variance(state.fusion.fixed, weights, leg), 0.0), variance)
     return float(fixed + share * share * (variance - fixed) + body.noise_sd * body.noise_sd)
@@ -83,19 +84,14 @@ def reported_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
 @njit
 def spread_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
     """The same with one share of all that the filter does not know, constants and friction alike:
-    `told_share` of the belief, less while the leg has never slid, all of it where the balance is
+    `spread_share` of the belief, less while the leg has never slid, all of it where the balance is
     doubted. Detectors of contact losses weigh a load by it.
     """
-    share = doubt.told_share(share_of(leg, body, state), state.doubt)
+    stuck = state.axes[VERTICAL[leg]].has_slid == 0.0
+    share = body.spread_share * (body.spread_stuck if stuck else 1.0)
+    share = doubt.told_share(share, state.doubt)
     variance = max(leg_variance(state.fusion.p, weights, leg), 0.0)
     return float(share * share * variance + body.noise_sd * body.noise_sd)
-
-
-@njit
-def share_of(leg: int, body: Any, state: Any) -> float:
-    """Of the filter's standard deviation, what is told where the balance is believed."""
-    stuck = state.axes[VERTICAL[leg]].has_slid == 0.0
-    return float(body.told_share * (body.stuck_told if stuck else 1.0))
 
 
 # What contact says about the force on a foot: it is zero in the air; on the ground it pushes and

@@ -34,6 +34,7 @@ from testbed.estimation.live.cylinder_errors import (
     write_cylinder_weights,
     write_leg_weights,
 )
+from testbed.estimation.live.told_friction import follow_force
 from testbed.estimation.live.wrench import (
     MOMENT,
     add_force,
@@ -127,6 +128,8 @@ def take_means(body: Any, state: Any) -> Any:
     for i in range(12):
         force = sums.cylinder_force[i] / count
         sizes.news[i] = 0.0
+        if i % 3 == 2:
+            follow_force(force, state.axes[i].slides, state.ranges[i // 3])
         if i % 3 == 2 and state.axes[i].slides < 1.0 and started:
             change = abs(force - means.cylinder_force[i])
             sizes.news[i] = (body.news_share * max(change - body.news_noise, 0.0)) ** 2
