@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -45,6 +46,45 @@ def ledger_of_numbers(raw: RawGroup, name: str, numbers: np.ndarray) -> Ledger:
     groups = {"forces": raw.whitened({name: signature})}
     balances = SimpleNamespace(raw={"forces": raw}, groups=groups, candidates=found)
     return Ledger(cast(Balances, balances))
+
+
+def ledger_of_columns(raw: RawGroup, columns: Mapping[str, np.ndarray]) -> Ledger:
+    """The ledger of effects, or errors of any course, with one number each: of each the rows
+    (rows,) that `raw` misses by one unit, which may be expected to be 1.
+    """
+    made: dict[int, np.ndarray] = {}
+    found = {}
+    for name, rows in columns.items():
+        place = place_of(name) or ""
+        change = Change(force={AXES.index(place): rows})
+        made[id(change)] = rows
+        found[name] = Candidate(cast(Any, _OfSizeOne()), place, {"number": change})
+    whole = replace(raw, rows_of=lambda change: made[id(change)])
+    groups = {"forces": whole.whitened({n: c.signature for n, c in found.items()})}
+    balances = SimpleNamespace(raw={"forces": whole}, groups=groups, candidates=found)
+    return Ledger(cast(Balances, balances))
+
+
+class _OfSizeOne:
+    """An effect whose numbers may be expected to be 1, of either sign."""
+
+    looked_for = 1.0
+
+    def spread(self, number: str) -> float:
+        """One."""
+        return 1.0
+
+    def grows(self, number: str, scale: object) -> float:
+        """Nothing."""
+        return 1.0
+
+    def least(self, number: str) -> float:
+        """None."""
+        return -np.inf
+
+    def overrides(self, method: str) -> bool:
+        """Any number is possible."""
+        return False
 
 
 class _Wide:

@@ -14,7 +14,14 @@ from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal, norm
 
 from testbed.diagnosis.robot.evidence import PIECE_S, RECALLED, RawGroup
-from testbed.diagnosis.robot.hypotheses import ALONE, MATTERS, Hypothesis, Ledger, log_gained
+from testbed.diagnosis.robot.hypotheses import (
+    ALONE,
+    MATTERS,
+    Hypothesis,
+    Ledger,
+    _near,
+    log_gained,
+)
 from testbed.diagnosis.robot.probabilities import (
     NO_NAME,
     RobotSigns,
@@ -25,7 +32,7 @@ from testbed.diagnosis.robot.probabilities import (
 from testbed.effects import by_name
 from testbed.effects.signature import Change
 from testbed.machine.names import AXES
-from tests.diagnosis.ledgers import ledger_of, ledger_of_numbers
+from tests.diagnosis.ledgers import ledger_of, ledger_of_columns, ledger_of_numbers
 
 LEFT, RIGHT = "sensor.gain_a@fl_vertical", "sensor.gain_a@fr_vertical"
 
@@ -341,6 +348,57 @@ def test_a_second_effect_at_another_place_is_believed_as_a_first_one_is(
     assert said == pytest.approx(odds)
 
 
+@pytest.mark.parametrize(("nameless", "said"), [(70.0, False), (110.0, True)])
+def test_one_effect_that_explains_as_much_as_two_do_is_no_less_likely_for_being_one(
+    nameless: float, said: bool
+) -> None:
+    """A mass, and beside it another one with a zero, which no name covers."""
+    one, other = "inertia.mass@rl_vertical", "inertia.mass@rl_radial"
+    pair = (other, "sensor.zero_a@rl_vertical")
+    sets = (((one,), 70.0), ((other,), 37.0), ((pair[1],), 20.0), (pair, nameless))
+    numbers = {**calibration(), "lapse": 0.0, "sound": {}}
+    assert (leading(distribution(RobotSigns(sets), numbers)) == NO_NAME) is said
+
+
+def test_of_a_second_effect_counts_what_no_error_at_the_first_ones_place_explains() -> None:
+    first, second = "friction.presliding@fl_radial", "inertia.mass@fl_radial"
+    sets = (((first,), 260.0), ((second,), 25.0), ((first, second), 290.0))
+    numbers = {**calibration(), "sound": {}}
+    beside, bent = (
+        distribution(RobotSigns(sets, bent={(first, second): by}), numbers) for by in (2.0, 28.0)
+    )
+    assert leading(beside) == (first, second)
+    assert leading(bent) == (first,)
+
+
+def test_an_error_of_any_course_at_its_place_is_as_good_as_a_second_effect_there() -> None:
+    """Rows that the second one and the error change alike, and rows that only the second does."""
+    error, second = "unnamed.force@fl_vertical", "sensor.gain_b@fl_vertical"
+    rng = np.random.default_rng(8)
+    whole = group(rng.normal(size=30))
+    for alike, explained in ((1.0, 0.8), (0.0, 0.1)):
+        columns = {
+            LEFT: whole.rows_of(Change(force={2: np.ones(1)})),
+            error: (shape := rng.normal(size=30)),
+            second: 30.0 * (alike * shape + (1.0 - alike) * rng.normal(size=30)),
+        }
+        missing = 100.0 * columns[LEFT] + 0.4 * columns[second] + rng.normal(size=30)
+        ledger = ledger_of_columns(replace(whole, missing=missing), columns)
+        alone = {n: ledger.hypothesis((n,)).log_factor for n in ledger.names}
+        pair = ledger.hypothesis((LEFT, second))
+        bent, added = ledger._bent(pair, alone), pair.log_factor - alone[LEFT]
+        assert bent is not None and added > 10.0
+        assert (bent > explained * added) == (alike == 1.0)
+
+
+def test_only_cylinders_of_one_leg_are_near() -> None:
+    assert _near(LEFT, "inertia.mass@fl_radial") and _near(
+        "supply.pump@supply", "supply.droop@supply"
+    )
+    assert not _near(LEFT, RIGHT) and not _near(LEFT, "robot.payload@body")
+    assert not _near("rope.direction@rope_left", "rope.direction@rope_right")
+
+
 def only(whole: RawGroup, axis: int, change: Change) -> np.ndarray:
     """A column of a group that shows one cylinder alone."""
     return whole.rows_of(change) * float(axis in change.force)
@@ -348,7 +406,7 @@ def only(whole: RawGroup, axis: int, change: Change) -> np.ndarray:
 
 def test_pairs_that_no_balance_shows_together_stay_apart_in_what_is_written() -> None:
     pair = (LEFT, RIGHT)
-    told = RobotSigns((((LEFT,), 1.0), (pair, 2.0)), frozenset([pair]))
+    told = RobotSigns((((LEFT,), 1.0), (pair, 2.0)), frozenset([pair]), {pair: 0.5})
     assert RobotSigns.from_json(told.as_json()) == told
     whole = group(np.zeros(30))
     alone = {index: replace(whole, rows_of=partial(only, whole, index)) for index in (2, 5)}

@@ -144,9 +144,9 @@ class RawGroup:
         return out[0], out[1]
 
 
-RECALLED = 0.4
+RECALLED = 0.2
 """What an earlier recording shows of a machine's tolerances holds in another one to this share of
-them (E).
+them: the forces of 28 sound machines are likeliest by that (B).
 """
 PIECE_S = 2.0
 """A recording is cut into pieces of this length, where one part of it is to foretell another."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot import feet, forces, ground, oil_evidence
+from testbed.diagnosis.robot import feet, forces, ground, oil_evidence, recalled
 from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.evidence import RawGroup, Whitened
@@ -31,7 +31,7 @@ from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
-FORCES, LINE, ROPES, GROUND = "forces", "line", "ropes", "ground"
+FORCES, OIL, LINE, ROPES, GROUND = "forces", "oil", "line", "ropes", "ground"
 MOST_NUMBERS = 4
 """An effect with more numbers has a course in time."""
 
@@ -141,7 +141,7 @@ def raw_groups(
     if stood is not None:
         raw[GROUND] = stood
     for i in range(len(AXES)):
-        raw[f"oil {AXES[i]}"] = oil_evidence.group_of(oils[i], i, machine, bins.time_s)
+        raw[f"{OIL} {AXES[i]}"] = oil_evidence.group_of(oils[i], i, machine, bins.time_s)
         raw[f"{LINE} {AXES[i]}"] = lines[i].group(i, machine.scale)
     return bins, body, raw
 
@@ -161,7 +161,8 @@ def _beside(raw: Mapping[str, RawGroup], sound: Mapping[str, RawGroup]) -> dict[
     """
     elsewhere = not ground.is_same_place(raw.get(GROUND), sound.get(GROUND))
     kept = {k: group for k, group in raw.items() if k != GROUND or not elsewhere}
-    return {k: g.knowing(sound[k]) if k in sound else g for k, g in kept.items()}
+    share = recalled.shares({k: g for k, g in kept.items() if k.startswith(OIL)}, sound)
+    return {k: g.knowing(sound[k], share.get(k)) if k in sound else g for k, g in kept.items()}
 
 
 def _without(

@@ -89,12 +89,16 @@ def returning(held: Array, traction: Traction, step_s: float) -> Array:
     is held (n, 2) for as long as a change of grip takes. Where the body hardly moves meanwhile the
     tension does not show it.
     """
-    lasts_s = traction.stroke_m / traction.return_speed_m_s + 2.0 * traction.clamp_s
-    lasts = int(np.ceil(lasts_s / step_s))
+    lasts = int(np.ceil(grip_change_s(traction) / step_s))
     padded = np.vstack([np.zeros((lasts, held.shape[1])), held])
     begun = [padded[k : k + len(held)] for k in range(lasts + 1)]
     goes_back = np.max(begun, axis=0).sum(axis=1)
     return np.asarray(goes_back * traction.annulus_area_m2 * traction.return_speed_m_s)
+
+
+def grip_change_s(traction: Traction) -> float:
+    """How long a device that goes back for its next stroke holds its rope by its clamp, s."""
+    return traction.stroke_m / traction.return_speed_m_s + 2.0 * traction.clamp_s
 
 
 def along_ropes(bins: Bins, robot: Robot, ropes_in_world: Array) -> Array:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -20,7 +20,8 @@ from scipy.special import log_ndtr
 from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances
 from testbed.diagnosis.robot.parts import PARTS, Alone, log_evidence, parts_of
 from testbed.diagnosis.robot.unexplained import is_unexplained
-from testbed.effects import kind_of
+from testbed.effects import kind_of, place_of
+from testbed.machine.names import AXES
 
 Array = npt.NDArray[np.float64]
 SEEDS = 8
@@ -62,6 +63,11 @@ class Hypothesis:
     """
     possible: float = 0.0
     """Ln of the share of its likely numbers with which it could be; part of its evidence."""
+    bent: float | None = None
+    """What of the weaker of two effects an error of any course at the place of the stronger one
+    explains as well: for two at one place, or at cylinders of one leg, which another's forces
+    reach; None where no such error is sought there.
+    """
 
 
 class Ledger:
@@ -263,8 +269,21 @@ class Ledger:
                 tried.add(names)
                 pairs.append(self.hypothesis(names))
         pairs.sort(key=lambda h: -h.log_factor)
+        alone = {one.names[0]: one.log_factor for one in singles}
+        pairs = [replace(one, bent=self._bent(one, alone)) for one in pairs[:KEPT]]
         held = ([self._held(one) for one in best[:KEPT]] for best in (singles, pairs))
         return [one for best in held for one in sorted(best, key=lambda h: -h.log_factor)]
+
+    def _bent(self, pair: Hypothesis, alone: Mapping[str, float]) -> float | None:
+        """See Hypothesis.bent; `alone`: ln of the evidence of single effects by name."""
+        first, other = sorted(pair.names, key=lambda name: -alone[name])
+        place = place_of(first)
+        errors = tuple(n for n in self.names if is_unexplained(n) and place_of(n) == place)
+        if not errors or not _near(first, other):
+            return None
+        beside, without = (self.hypothesis((*names, *errors)) for names in (pair.names, (first,)))
+        added = pair.log_factor - alone[first]
+        return max(added - (beside.log_factor - without.log_factor), 0.0)
 
     def _too_free(self, names: tuple[str, ...]) -> bool:
         """Whether a pair could explain anything: it holds no name, or two courses in time of one
@@ -273,6 +292,13 @@ class Ledger:
         sizes = [len(self.balances.candidates[n].signature) for n in names]
         courses = min(sizes) > MOST_NUMBERS and len({kind_of(n) for n in names}) == 1
         return courses or any(is_unexplained(n) for n in names)
+
+
+def _near(one: str, other: str) -> bool:
+    """Whether two effects are at one place or at cylinders of one leg."""
+    places = [place_of(name) or "" for name in (one, other)]
+    legs = {place.partition("_")[0] for place in places}
+    return places[0] == places[1] or (len(legs) == 1 and set(places) <= set(AXES))
 
 
 @cache

@@ -8,14 +8,18 @@ against every step away from a sound machine:
     score(none) = 0
     score(some name) = most of share t(lead) + second - price, over all sets
     score(no name) = share' t(lead) - price(unnamed)
-    second = share t(gain - form lead) - price(two)       for sets of two places
-    second = share" t(gain - form_here lead) - price(two) for two at one place; else 0
+    second = share t(gain - bent - form lead) - price(two)       for sets of two effects
+    second = share" t(gain - form_here lead) - price(two)        for two at one place where no error
+                                                                 of any course is sought; else 0
 
 `lead` is ln B of a set's stronger effect alone beyond what sound machines reach, `gain` what the
-other adds to it, beyond the same for its kind. t(x) = much ln(1 + x / much): no law is known to the
-letter, so ten times the evidence is not ten times as sure; nor is a second effect sure that
-explains but a share `form` of what the first one does. At one place a law's own error looks like
-one, so that evidence counts by less there (share"); at another it counts as a first one's does.
+other adds to it, beyond the same for its kind. Where some other effect alone explains more than the
+stronger one of two, `lead` is that, and `gain` what the two explain beyond it: one effect that
+explains as much as two do is no less likely for being one. t(x) = much ln(1 + x / much): no law is
+known to the letter, so ten times the evidence is not ten times as sure; nor is a second effect sure
+that explains but a share `form` of what the first one does. At its place and at its leg a law's own
+error looks like one: what an error of any course at the first one's place explains as well (`bent`)
+does not count, and where none is sought evidence counts by less (share").
 Probabilities go as exp(score). The sets of names divide theirs as exp(share_named lead + second):
 beside each other signatures are wrong by more than a sound machine is. A kind of effect is as
 likely as another, so one that has many places is less likely at each.
@@ -33,7 +37,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -60,11 +64,13 @@ law holds to the letter (E).
 @dataclass(frozen=True)
 class RobotSigns:
     """What was tried on one recording: (names, ln of the Bayes factor against a sound machine);
-    `apart`: the pairs of which no balance shows both.
+    `apart`: the pairs of which no balance shows both; `bent`: see Hypothesis, of pairs that have
+    it.
     """
 
     sets: tuple[tuple[Names, float], ...]
     apart: frozenset[Names] = frozenset()
+    bent: Mapping[Names, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, hypotheses: list[Hypothesis]) -> RobotSigns:
@@ -72,18 +78,23 @@ class RobotSigns:
         return cls(
             tuple((h.names, round(h.log_factor, 3)) for h in hypotheses),
             frozenset(h.names for h in hypotheses if h.apart),
+            {h.names: round(h.bent, 3) for h in hypotheses if h.bent is not None},
         )
 
     def as_json(self) -> list[Any]:
         """Plain lists."""
-        return [[list(names), factor, names in self.apart] for names, factor in self.sets]
+        return [
+            [list(names), factor, names in self.apart, self.bent.get(names)]
+            for names, factor in self.sets
+        ]
 
     @classmethod
     def from_json(cls, rows: list[Any]) -> RobotSigns:
         """The signs that `as_json` wrote."""
         return cls(
-            tuple((tuple(names), float(factor)) for names, factor, _ in rows),
-            frozenset(tuple(names) for names, _, apart in rows if apart),
+            tuple((tuple(names), float(factor)) for names, factor, *_ in rows),
+            frozenset(tuple(names) for names, _, apart, _ in rows if apart),
+            {tuple(names): float(bent) for names, _, _, bent in rows if bent is not None},
         )
 
 
@@ -94,12 +105,16 @@ class Weighed:
     names: tuple[Names, ...]
     """NO_NAME for all that have none."""
     lead: Array
-    """Evidence for the stronger effect alone, beyond what sound machines reach."""
+    """Evidence for the stronger effect alone, beyond what sound machines reach; of two the evidence
+    for any that explains more alone.
+    """
     gain: Array
-    """What the other of two adds to it, likewise; 0 for one effect."""
+    """What the other of two adds to it, likewise, as far as no error of any course at the place of
+    the stronger one explains it; 0 for one effect.
+    """
     here: Array
-    """Evidence for the stronger of two at one place, of whose law's error the other may be made;
-    `elsewhere`: of two at two places that some balance shows both.
+    """Evidence for the stronger of two at one place where no error of any course is sought, of
+    whose law's error the other may be made; `elsewhere`: of other two that some balance shows both.
     """
     elsewhere: Array
     left: Array
@@ -119,8 +134,9 @@ class Weighed:
     def of(cls, signs: RobotSigns, numbers: Mapping[str, Any]) -> Weighed:
         """Beyond what the number `sound` has for each sort."""
         alone = {names[0]: factor for names, factor in signs.sets if len(names) == 1}
+        most = max((f for name, f in alone.items() if not is_unexplained(name)), default=0.0)
         rows = [
-            _weighed(names, factor, alone, numbers["sound"], names in signs.apart)
+            _weighed((names, factor), (alone, most), numbers["sound"], signs)
             for names, factor in signs.sets
         ]
         told = tuple(NO_NAME if not has_names(names) else names for names, _ in signs.sets)
@@ -157,23 +173,27 @@ def chances(scores: Array) -> tuple[Array, float]:
 
 
 def _weighed(
-    names: Names,
-    factor: float,
-    alone: Mapping[str, float],
+    one: tuple[Names, float],
+    singles: tuple[Mapping[str, float], float],
     sound: Mapping[str, float],
-    apart: bool,
+    signs: RobotSigns,
 ) -> tuple[float, ...]:
-    """A row of Weighed."""
+    """A row of Weighed; `one`: a set with its evidence; `singles`: evidence of single effects by
+    name, and the most that one of them has that is no error of any course.
+    """
+    (names, factor), (alone, most) = one, singles
     reach = {name: sound.get(sort_of(name), 0.0) for name in names}
     two = len(names) == 2
     first = max(names, key=lambda name: alone.get(name, 0.0)) if two else names[0]
     strong = max(alone.get(first, 0.0), 0.0) if two else factor
-    one_place = len({place_of(name) for name in names}) == 1
+    leads = max(strong, most) if two else strong
+    one_place = len({place_of(name) for name in names}) == 1 and names not in signs.bent
+    bent = signs.bent.get(names, 0.0) + sum(reach[name] for name in names if name != first)
     return (
-        strong - reach[first],
-        factor - strong - sum(reach[name] for name in names if name != first) if two else 0.0,
+        leads - reach[first],
+        factor - leads - bent if two else 0.0,
         strong if two and one_place else 0.0,
-        strong if two and not one_place and not apart else 0.0,
+        strong if two and not one_place and names not in signs.apart else 0.0,
         _left_at_its_places(names, factor, alone),
         two,
         not has_names(names),
