@@ -1,9 +1,11 @@
 """Which leg stands out: the model's expected foot loads against the estimated ones.
 
 Where the estimate comes with its set (at rest friction may take any value between the two
-break-away forces), a leg stands out when its expected load lies outside the set: friction cannot
-explain it. The set is laid about what the leg's own cylinder says: an estimate that is fused with
-the other legs may already have learnt that a sensor lies.
+break-away forces), a leg stands out when its expected load lies outside the set: friction hardly
+explains it. The set is laid about what the leg's own cylinder says: an estimate that is fused with
+the other legs may already have learnt that a sensor lies. Where an estimate tells its spread, the
+set is that of the spread: an interval holds seals that are stuck at their utmost, too, beside which
+no leg ever stands out.
 
 Where there is only a value, three combinations of the four loads are compared, those that
 equilibrium fixes: the sum, left against right and front against rear. The fourth, fl + rr against
@@ -20,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from testbed.formats.arrays import Array
+from testbed.formats.intervals import Z90
 from testbed.machine.names import LEGS
 from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 
@@ -49,7 +52,7 @@ class Suspect:
         share = "" if self.share is None else f" ({100 * abs(self.share):.1f} %)"
         size = f"{abs(self.error_n):.0f} N{share} {way}"
         least = "at least " if self.friction_allowed else ""
-        end = ", whatever friction does" if self.friction_allowed else ""
+        end = ", more than friction mostly hides" if self.friction_allowed else ""
         return f"{self.leg} stands out: it reads {least}{size} than weight, ropes and drill call for{end}"
 
 
@@ -64,14 +67,14 @@ def leg_alone(
     """Load of a leg from its own cylinder, and the ends of what friction leaves open of it [N],
     (rows,) each.
 
-    The paper's (7) with the set of `method` about it; without either, `method`'s own value and set,
-    None without a set.
+    The paper's (7) with the set of `method` about it, from its spread where it tells one; without
+    either, `method`'s own value and set, None without a set.
     """
     low, high = (data.get(f"{method}_{end}_{leg}") for end in ("low", "high"))
-    value = data.get(f"estimate_friction_{leg}")
+    value, spread = data.get(f"estimate_friction_{leg}"), data.get(f"{method}_spread_{leg}")
     if low is None or high is None or value is None:
         return data[f"estimate_{method}_{leg}"], low, high
-    half = 0.5 * (high - low)
+    half = 0.5 * (high - low) if spread is None else Z90 * spread
     return value, value - half, value + half
 
 

@@ -16,7 +16,6 @@ from testbed.estimation.live.believed import Leg, declared
 from testbed.estimation.live.body_records import BodyBelief
 from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.own_tuning import EVEN, OwnTuning, told_whole
-from testbed.estimation.live.told_friction import ToldShares
 from testbed.estimation.live.uncertainty import Uncertainty, constants
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
@@ -123,9 +122,11 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
     body["air_sd"], body["learns_in_air"] = tuning.air_sd_n, tuning.swing
     body["balances"], body["noise_sd"] = tuning.balance, tuning.noise_sd_n
     body["moving_sd"], body["steady_sd"] = tuning.moving_sd_n, tuning.steady_sd_n
-    body["told"] = ToldShares.one(
-        **{name: getattr(tuning, f"told_{name}") for name in ToldShares.fields}
-    )[0]
+    told = body["told"]
+    told["sliding"], told["stopped"] = tuning.told_sliding, tuning.told_stopped
+    told["loaded"], told["loaded_within"] = tuning.told_loaded, tuning.told_loaded_within
+    told["stuck"], told["led"] = tuning.told_stuck, tuning.told_led
+    told["led_within"] = tuning.told_led_within
     body["range_noise"] = tuning.range_noise_n
     body["spread_share"], body["spread_stuck"] = tuning.spread_share, tuning.spread_stuck
     body["only_pushes"] = tuning.pushes

@@ -220,7 +220,7 @@ def unfelt(tuning: OwnTuning) -> OwnTuning:
     blows above all, are not followed, and what the filter does not know of is told.
     """
     alone = replace(without(tuning, "shakes"), steady_sd_n=tuning.moving_sd_n)
-    return told_whole(alone, stuck=0.7)
+    return told_whole(alone, stuck=0.85)
 
 
 def told_whole(tuning: OwnTuning, stuck: float = 1.0) -> OwnTuning:
