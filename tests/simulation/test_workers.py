@@ -52,6 +52,13 @@ list(work_through(stubborn, [({folder!r}, 0), ({folder!r}, 1)], Workers(2)))
 """
 
 
+def hears_ctrl_c() -> None:
+    """In a new process: Ctrl-C interrupts it, also where tests run in the background of a shell, to
+    whose children it means nothing.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.mark.slow
 def test_a_second_interrupt_ends_work_that_the_first_one_did_not(tmp_path: Path) -> None:
     def told(word: str) -> None:
@@ -66,6 +73,7 @@ def test_a_second_interrupt_ends_work_that_the_first_one_did_not(tmp_path: Path)
         env={**os.environ, "PYTHONPATH": path},
         start_new_session=True,
         stderr=subprocess.PIPE,
+        preexec_fn=hears_ctrl_c,
     )
     try:
         told("began")
