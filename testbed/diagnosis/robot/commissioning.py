@@ -198,7 +198,7 @@ def _ended(data: Mapping[str, Array]) -> Array:
     """(n, 12, 2) share of a bin in which the readings A and B of a cylinder had ended at 0."""
     frame = Frame.of(np.asarray(data["t"], dtype=float))
     shares = [
-        [frame.mean(np.asarray(data[f"pressure_{c}_{axis}"]) <= 0.0) for c in CHAMBERS]
+        [frame.mean((data[f"pressure_{c}_{axis}"] <= 0.0).astype(float)) for c in CHAMBERS]
         for axis in AXES
     ]
     return np.moveaxis(np.array(shares), 2, 0)
