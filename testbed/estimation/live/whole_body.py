@@ -129,10 +129,11 @@ def take_means(body: Any, state: Any) -> Any:
         force = sums.cylinder_force[i] / count
         sizes.news[i] = 0.0
         if i % 3 == 2:
-            follow_force(force, state.axes[i].slides, state.ranges[i // 3])
-        if i % 3 == 2 and state.axes[i].slides < 1.0 and started:
-            change = abs(force - means.cylinder_force[i])
-            sizes.news[i] = (body.news_share * max(change - body.news_noise, 0.0)) ** 2
+            slides = state.axes[i].slides
+            follow_force(force, slides, state.ranges[i // 3])
+            if slides < 1.0 and started:
+                change = abs(force - means.cylinder_force[i])
+                sizes.news[i] = (body.news_share * max(change - body.news_noise, 0.0)) ** 2
         means.cylinder_force[i] = force
         sums.cylinder_force[i] = 0.0
     state.count = 0.0
