@@ -27,6 +27,7 @@ from testbed.diagnosis.robot.probabilities import (
     calibration,
     distribution,
     leading,
+    likeliest_nameless,
 )
 from testbed.effects import by_name
 from testbed.effects.signature import Change
@@ -304,6 +305,21 @@ def test_a_tolerance_far_beyond_its_size_is_no_name() -> None:
     far = RobotSigns(((("sensor.zero_a@fl_vertical",), 200.0), ((LEFT,), 5.0)))
     found = distribution(far, calibration())
     assert found[NO_NAME] > 0.9
+
+
+def test_a_tolerance_far_beyond_its_size_is_as_likely_as_a_name_that_explains_as_much() -> None:
+    zero, spring = "sensor.zero_a@fl_radial", "force.spring@fl_radial"
+    tried = RobotSigns((((zero,), 14.0), ((spring,), 14.0)))
+    found = distribution(tried, {**calibration(), "lapse": 0.0, "sound": {}})
+    assert found[NO_NAME] == pytest.approx(found[(spring,)])
+
+
+def test_of_all_that_have_no_name_the_likeliest_stands_for_them() -> None:
+    named, zero, course = (LEFT,), ("sensor.zero_a@fl_vertical",), ("unnamed.force@fr_vertical",)
+    for best, factors in ((zero, (30.0, 20.0)), (course, (5.0, 90.0))):
+        tried = RobotSigns(((named, 25.0), (zero, factors[0]), (course, factors[1])))
+        assert likeliest_nameless(tried, calibration()) == best
+    assert likeliest_nameless(RobotSigns(((named, 25.0),)), calibration()) == ()
 
 
 @pytest.mark.parametrize(("place", "said"), [("fl_vertical", NO_NAME), ("fr_vertical", None)])
