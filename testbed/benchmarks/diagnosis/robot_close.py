@@ -1,9 +1,10 @@
 """Random runs whose two likeliest sets of effects are often close: what a second motion is for.
 
 Of ordinary runs three to five in a hundred are. Here the machine of a sound run hides one effect,
-drawn as there and made smaller, and that is drawn anew until the sound recording lets two sets be
-foretold to be close: what its balances would miss with the effect is added to what they miss.
-Nothing is drawn by the run itself, whose noise is another.
+drawn as there and made smaller, and that is drawn anew until the sound recording lets two sets of
+effects be foretold to be close: what its balances would miss with the effect is added to what they
+miss. Nothing is drawn by the run itself, whose noise is another. Sets that are close to nothing at
+all are not sought: any effect that only begins to show is, and noise decides then.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ LATER = 20_000
 """Seeds of noise of these runs are so much higher than those of the sound ones."""
 SMALLEST = 0.05
 """An effect is made smaller down to this share, evenly in its logarithm."""
-TRIES = 200
+TRIES = 400
 
 
 def close_run(seed: int, recordings: Path | None) -> Drawn | None:
@@ -50,7 +51,8 @@ def close_run(seed: int, recordings: Path | None) -> Drawn | None:
     rng = np.random.default_rng([seed, 43])
     for _ in range(TRIES):
         hidden = small_effect(rng, sound.motion)
-        if rivals(foreteller.told(hidden)) is not None:
+        two = rivals(foreteller.told(hidden))
+        if two is not None and () not in two:
             overrides = (*sound.overrides[:-1], f"undeclared={json.dumps([hidden])}")
             kind = "outside" if hidden["effect"] in hidden_sizes()["unnamed"] else "single"
             return replace(sound, kind=kind, hidden=(hidden,), overrides=overrides, later=LATER)
@@ -141,7 +143,7 @@ class CloseCases(Benchmark[int]):
             close = close_run(case, self.recordings)
             if close is None:
                 return {"seed": case, "refused": "nothing is foretold to be close"}
-            return trial_of(close, Asked(self.recordings, closed=False))
+            return trial_of(close, Asked(self.recordings, closed=False, alone=False))
         except InputError as error:
             return {"seed": case, "refused": str(error)}
 

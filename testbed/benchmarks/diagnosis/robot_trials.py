@@ -41,12 +41,14 @@ SETTLED_S = 1.0
 @dataclass(frozen=True)
 class Asked:
     """How a trial is made. `recordings`: folder for its simulated runs; `second`: whether a second
-    motion decides what the first cannot; `closed`: whether what was found is believed elsewhere.
+    motion decides what the first cannot; `closed`: whether what was found is believed elsewhere;
+    `alone`: whether the run is diagnosed without one from before as well.
     """
 
     recordings: Path | None = None
     second: bool = True
     closed: bool = True
+    alone: bool = True
 
 
 ALL_ASKED = Asked()
@@ -68,10 +70,10 @@ def trial_of(case: Drawn, asked: Asked) -> Trial:
     balances = balances_in(run, before)
     found = judged(f"seed-{case.seed}", balances)
     seconds = perf_counter() - began
-    alone = judged(f"seed-{case.seed}", balances_in(run))
+    alone = judged(f"seed-{case.seed}", balances_in(run)) if asked.alone else None
     return {
         **_said(found, case),
-        "alone": _said(alone, case),
+        "alone": {} if alone is None else _said(alone, case),
         "second": _second(found, before, case, asked) if asked.second else {},
         "closed": _closed(found, case, asked) if asked.closed else {},
         "seconds": seconds,
