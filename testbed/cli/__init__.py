@@ -73,6 +73,7 @@ LAB: dict[str, Callable[..., None]] = {
     "stand-friction": lab.stand_friction,
     "paper-sensitivity": lab.paper_sensitivity,
     "robot-diagnosis": lab.robot_diagnosis,
+    "robot-close": lab.robot_close,
     "plain-effects": lab.plain_effects,
     "bench-diagnosis": lab.bench_diagnosis,
     "quotes": lab.quotes,

@@ -139,6 +139,23 @@ def robot_diagnosis(
 
 
 @spread
+def robot_close(
+    work: Work,
+    runs: Annotated[int, typer.Option(min=1, help="Among so many seeds; two in five serve.")] = 60,
+    first_seed: Annotated[int, typer.Option(min=0, help="The first of them.")] = 2000,
+    recordings: Annotated[
+        Path | None, typer.Option(help="Folder where simulated runs are kept and taken from.")
+    ] = None,
+) -> None:
+    """Test what a second motion tells of robots whose two likeliest sets of effects are close, on
+    effects that are drawn so small that they often are.
+    """
+    from testbed.benchmarks.diagnosis.robot_close import CloseCases
+
+    work.show(CloseCases(runs, first_seed, recordings))
+
+
+@spread
 def plain_effects(
     work: Work,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run.")] = 3000,

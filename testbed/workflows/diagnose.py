@@ -262,12 +262,12 @@ def suggest_motion(
     Raises InputError where the run has no scenario beside it.
     """
     from testbed.diagnosis.robot.hypotheses import Ledger
-    from testbed.diagnosis.robot.motions import motion_named, motions, promises, rivals
+    from testbed.diagnosis.robot.motions import motion_named, motions, parted_sets, promises, rivals
     from testbed.formats.yaml_files import yaml_text
     from testbed.scenario.scenario import load_scenario
 
-    two = rivals(found.verdict.hypotheses)
-    if two is None:
+    two, parted = rivals(found.verdict.hypotheses), parted_sets(found)
+    if two is None or parted is None:
         return None
     stood = run / "scenario.yaml"
     if not stood.is_file():
@@ -279,7 +279,7 @@ def suggest_motion(
         tell(f"rehearsing: {motion.text}")
         with suppress(InputError):  # from here it cannot make this one
             rehearsed[motion.name] = _rehearsal(stood, motion.overrides())
-    promised = promises(Ledger(found.balances), two, rehearsed)
+    promised = promises(Ledger(found.balances), parted, rehearsed)
     if not promised:
         raise InputError("no motion of the catalogue can be made from here", field="--suggest")
     best = motion_named(max(promised, key=promised.__getitem__))

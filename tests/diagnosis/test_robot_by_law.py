@@ -116,6 +116,17 @@ def test_a_cushion_that_its_piston_leaves_is_no_spring() -> None:
     assert singles[0].log_factor > singles[1].log_factor + 5.0
 
 
+def test_beside_a_long_delay_a_spring_is_no_cushion() -> None:
+    """Of the pair with a cushion the delay is weighed by its signature, as beside the spring."""
+    seen = shaken(DELAY_S)
+    pull = -4.0e3 * (seen.extension_m[:, AXIS] - 0.1)
+    missing = pull + made("sensor.delay", seen, {"delay": DELAY_S})
+    names = ("force.cushion", "force.spring", "sensor.delay")
+    ledger = Ledger(asked(seen, missing, 10.0, *names))
+    pairs = [one for one in weighed_by_law(ledger, ledger.best()) if len(one.names) == 2]
+    assert pairs[0].names == (f"force.spring@{PLACE}", f"sensor.delay@{PLACE}")
+
+
 @pytest.mark.parametrize(("cushion", "as_it_counts"), [(40.0, 80.0), (70.0, 110.0), (110.0, 110.0)])
 def test_between_a_cushion_that_is_never_left_and_a_spring_there_their_numbers_decide(
     cushion: float, as_it_counts: float

@@ -94,7 +94,7 @@ def run_trial(seed: int, truth: list[str], said: list[str], factor: float) -> di
         "names": said,
         "effects": [effect | {"ambiguous_with": []}] if said else [],
         "hypotheses": hypotheses,
-        "signs": [[["sensor.gain_a@fl_vertical"], factor, False, None]],
+        "signs": [[["sensor.gain_a@fl_vertical"], factor, None]],
         "second": {},
         "closed": {"before": 300.0, "after": 200.0, "sound": 100.0} if said else {},
         "seconds": 1.0,

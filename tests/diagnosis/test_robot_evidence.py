@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -28,6 +27,7 @@ from testbed.diagnosis.robot.probabilities import (
     calibration,
     distribution,
     leading,
+    likeliest_nameless,
 )
 from testbed.effects import by_name
 from testbed.effects.signature import Change
@@ -307,6 +307,21 @@ def test_a_tolerance_far_beyond_its_size_is_no_name() -> None:
     assert found[NO_NAME] > 0.9
 
 
+def test_a_tolerance_far_beyond_its_size_is_as_likely_as_a_name_that_explains_as_much() -> None:
+    zero, spring = "sensor.zero_a@fl_radial", "force.spring@fl_radial"
+    tried = RobotSigns((((zero,), 14.0), ((spring,), 14.0)))
+    found = distribution(tried, {**calibration(), "lapse": 0.0, "sound": {}})
+    assert found[NO_NAME] == pytest.approx(found[(spring,)])
+
+
+def test_of_all_that_have_no_name_the_likeliest_stands_for_them() -> None:
+    named, zero, course = (LEFT,), ("sensor.zero_a@fl_vertical",), ("unnamed.force@fr_vertical",)
+    for best, factors in ((zero, (30.0, 20.0)), (course, (5.0, 90.0))):
+        tried = RobotSigns(((named, 25.0), (zero, factors[0]), (course, factors[1])))
+        assert likeliest_nameless(tried, calibration()) == best
+    assert likeliest_nameless(RobotSigns(((named, 25.0),)), calibration()) == ()
+
+
 @pytest.mark.parametrize(("place", "said"), [("fl_vertical", NO_NAME), ("fr_vertical", None)])
 def test_gains_of_both_sensors_of_one_cylinder_are_a_sensor_that_bends(
     place: str, said: tuple[str, ...] | None
@@ -322,14 +337,16 @@ def test_two_other_effects_of_one_cylinder_keep_their_names() -> None:
     assert leading(distribution(tried, calibration())) == pair
 
 
-def test_a_second_effect_in_other_balances_owes_nothing_to_the_form_of_the_first() -> None:
+@pytest.mark.parametrize("lead", [50.0, 500.0, 5000.0])
+def test_a_second_effect_elsewhere_owes_nothing_to_what_the_first_explains(lead: float) -> None:
     spring, air = "force.spring@fr_vertical", "hydraulics.air@fl_vertical"
-    sets = (((spring,), 500.0), ((air,), 40.0), ((air, spring), 540.0))
-    numbers = {**calibration(), "form": 0.2, "sound": {}}
-    both = distribution(RobotSigns(sets, frozenset([(air, spring)])), numbers)
-    one = distribution(RobotSigns(sets), numbers)
-    assert max(both, key=both.__getitem__) == (air, spring)
-    assert max(one, key=one.__getitem__) == (spring,)
+    sets = (((spring,), lead), ((air,), 20.0), ((air, spring), lead + 20.0))
+    found = distribution(RobotSigns(sets), {**calibration(), "sound": {}})
+    one, both = found[(spring,)], found[(air, spring)]
+    numbers = calibration()
+    added = numbers["share"] * numbers["much"] * math.log1p(20.0 / numbers["much"])
+    assert leading(found) == (air, spring)
+    assert both / one == pytest.approx(math.exp(added - numbers["two"]) / len(AXES))
 
 
 @pytest.mark.parametrize(("place", "same"), [("rr_rotation", True), ("fr_vertical", False)])
@@ -339,7 +356,7 @@ def test_a_second_effect_at_another_place_is_believed_as_a_first_one_is(
     """Evidence of 20 for the second: by the share of a first, less its price and its places."""
     first, second = "force.spring@fr_vertical", f"force.cushion@{place}"
     sets = (((first,), 40.0), ((second,), 20.0), ((second, first), 60.0))
-    numbers = {**calibration(), "form": 0.0, "form_here": 0.0, "sound": {}}
+    numbers = {**calibration(), "form_here": 0.0, "sound": {}}
     found = distribution(RobotSigns(sets), numbers)
     share = numbers["share" if same else "share_second"]
     added = share * numbers["much"] * math.log1p(20.0 / numbers["much"])
@@ -399,16 +416,7 @@ def test_only_cylinders_of_one_leg_are_near() -> None:
     assert not _near("rope.direction@rope_left", "rope.direction@rope_right")
 
 
-def only(whole: RawGroup, axis: int, change: Change) -> np.ndarray:
-    """A column of a group that shows one cylinder alone."""
-    return whole.rows_of(change) * float(axis in change.force)
-
-
-def test_pairs_that_no_balance_shows_together_stay_apart_in_what_is_written() -> None:
+def test_signs_that_were_written_are_read_as_they_were() -> None:
     pair = (LEFT, RIGHT)
-    told = RobotSigns((((LEFT,), 1.0), (pair, 2.0)), frozenset([pair]), {pair: 0.5})
+    told = RobotSigns((((LEFT,), 1.0), (pair, 2.0)), {pair: 0.5})
     assert RobotSigns.from_json(told.as_json()) == told
-    whole = group(np.zeros(30))
-    alone = {index: replace(whole, rows_of=partial(only, whole, index)) for index in (2, 5)}
-    assert not ledger_of({"forces": whole}, pair).hypothesis(pair).apart
-    assert ledger_of({"one": alone[2], "other": alone[5]}, pair).hypothesis(pair).apart

@@ -79,8 +79,8 @@ def _marks(found: Mapping[str, Any], given: str) -> Table:
         "hidden and not visible: nothing wrong named": found["unseen_not_misnamed"],
         "sound machine: nothing named": found["clean_none"],
         "named at 0.8 or more: right": found["sure_and_right"],
-        "no name covers it, visible: called unnamed": found["outside_unnamed"],
-        "no name covers it: given no name": found["outside_not_named"],
+        "effects outside the list, visible: called unnamed": found["outside_unnamed"],
+        "effects outside the list: given no name": found["outside_not_named"],
         "90 % intervals of parameters hold the truth": found["intervals"],
         "another motion is estimated worse by more than 5 %": found["made_worse"],
     }

@@ -51,7 +51,6 @@ START: dict[str, float] = {
     "two": 4.0,
     "unnamed": 6.0,
     "form_here": 0.15,
-    "form": 0.01,
     "rest": 0.3,
     "much": 30.0,
 }

@@ -54,6 +54,8 @@ class Drawn:
     kind: str
     hidden: tuple[dict[str, Any], ...]
     overrides: tuple[str, ...]
+    later: int = 0
+    """The seed of noise of its recording is so much higher than that of the machine."""
 
     @property
     def truth(self) -> tuple[str, ...]:
@@ -63,7 +65,7 @@ class Drawn:
     def scenario(self, motion: str | None = None) -> Scenario:
         """Its scenario; `motion`: another one with the same machine and the same effects."""
         moved = motion or self.motion
-        return self._loaded(moved, _task(moved, self.seed))
+        return self._loaded(moved, _task(moved, self.seed), self.later)
 
     def again(self, overrides: Sequence[str]) -> Scenario:
         """Where it stands, the same machine moved otherwise; the seed of noise is another."""
@@ -101,7 +103,7 @@ def drawn(seed: int) -> Drawn:
     names = [name for name in table if sizes["only"].get(name, motion) == motion]
     count = {"clean": 0, "double": 2}.get(kind, 1)
     picked = rng.choice(len(names), count, replace=False)
-    hidden = tuple(_effect(rng, names[k], table[names[k]]) for k in picked)
+    hidden = tuple(effect_drawn(rng, names[k], table[names[k]]) for k in picked)
     overrides = (
         f"terrain.slope_deg={rng.uniform(30.0, 60.0):.2f}",
         "machine.draw=workshop",
@@ -112,7 +114,10 @@ def drawn(seed: int) -> Drawn:
     return Drawn(seed, motion, kind, hidden, overrides)
 
 
-def _effect(rng: np.random.Generator, name: str, sizes: dict[str, list[float]]) -> dict[str, Any]:
+def effect_drawn(
+    rng: np.random.Generator, name: str, sizes: dict[str, list[float]]
+) -> dict[str, Any]:
+    """An effect at one of its places, with sizes that are drawn evenly between these ends."""
     signed = hidden_sizes()["signed"]
     place = str(rng.choice(by_name(name).places_on_robot))
     values = {}

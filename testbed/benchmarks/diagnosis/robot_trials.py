@@ -41,33 +41,39 @@ SETTLED_S = 1.0
 @dataclass(frozen=True)
 class Asked:
     """How a trial is made. `recordings`: folder for its simulated runs; `second`: whether a second
-    motion decides what the first cannot; `closed`: whether what was found is believed elsewhere.
+    motion decides what the first cannot; `closed`: whether what was found is believed elsewhere;
+    `alone`: whether the run is diagnosed without one from before as well.
     """
 
     recordings: Path | None = None
     second: bool = True
     closed: bool = True
+    alone: bool = True
 
 
 ALL_ASKED = Asked()
 
 
 def trial(seed: int, asked: Asked) -> Trial:
+    """The ordinary run of a seed: see trial_of."""
+    return trial_of(drawn(seed), asked)
+
+
+def trial_of(case: Drawn, asked: Asked) -> Trial:
     """One run: simulate it, diagnose it, compare with what was hidden; `alone`: the same of a
     diagnosis that is given no run from before.
     """
     from testbed.diagnosis.robot.diagnose import judged
 
-    case = drawn(seed)
-    run, before = run_of(case.scenario(), asked.recordings), _before(case, asked)
+    run, before = run_of(case.scenario(), asked.recordings), before_of(case, asked)
     began = perf_counter()
     balances = balances_in(run, before)
-    found = judged(f"seed-{seed}", balances)
+    found = judged(f"seed-{case.seed}", balances)
     seconds = perf_counter() - began
-    alone = judged(f"seed-{seed}", balances_in(run))
+    alone = judged(f"seed-{case.seed}", balances_in(run)) if asked.alone else None
     return {
         **_said(found, case),
-        "alone": _said(alone, case),
+        "alone": {} if alone is None else _said(alone, case),
         "second": _second(found, before, case, asked) if asked.second else {},
         "closed": _closed(found, case, asked) if asked.closed else {},
         "seconds": seconds,
@@ -95,7 +101,7 @@ def _said(found: RobotDiagnosis, case: Drawn) -> dict[str, Any]:
     }
 
 
-def _before(case: Drawn, asked: Asked) -> Run:
+def before_of(case: Drawn, asked: Asked) -> Run:
     """The run of the sound machine that a diagnosis is given; of those that it can make."""
     refused = InputError("cannot be recorded before anything is hidden", value=case.seed)
     for scenario in case.before():
@@ -155,13 +161,13 @@ def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> di
     from testbed.diagnosis.robot.diagnose import judged
     from testbed.diagnosis.robot.findings import as_json
     from testbed.diagnosis.robot.hypotheses import Ledger
-    from testbed.diagnosis.robot.motions import motion_named, promises, rivals
+    from testbed.diagnosis.robot.motions import motion_named, parted_sets, promises, rivals
     from testbed.diagnosis.robot.together import together
 
-    two = rivals(found.verdict.hypotheses)
-    if two is None:
+    two, parted = rivals(found.verdict.hypotheses), parted_sets(found)
+    if two is None or parted is None:
         return {}
-    promised = promises(Ledger(found.balances), two, rehearsals(asked.recordings))
+    promised = promises(Ledger(found.balances), parted, rehearsals(asked.recordings))
     for chosen in sorted(promised, key=promised.__getitem__, reverse=True):
         with suppress(InputError):  # steep ground refuses some: then the next best
             again = case.again(motion_named(chosen).overrides())

@@ -10,7 +10,7 @@ have: several cushions beside each other explain a spring, or less than one cush
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -86,7 +86,7 @@ class Fitted:
 def fitted(balances: Balances, chosen: Hypothesis) -> Fitted:
     """The numbers of a hypothesis, by the laws of those of its effects that bend."""
     linear = _linear(balances, chosen)
-    if not any(part.candidate.effect.bends for part in linear.parts):
+    if not any(_bends(part.candidate) for part in linear.parts):
         return linear
     return _Fit(balances, linear).result()
 
@@ -152,18 +152,27 @@ def _bends_force(candidate: Candidate) -> bool:
 
 
 def _law_evidence(ledger: Ledger, hypothesis: Hypothesis) -> tuple[float, float]:
-    """Ln of the Bayes factor of a set against a sound machine by its laws, where the fit to them
-    ends (Laplace); and what of it its numbers cost.
+    """Ln of the Bayes factor of a set against a sound machine by its whole laws, where the fit to
+    them ends (Laplace); and what of it its numbers cost. Other effects of the set are weighed by
+    their signatures, as they are beside one that does not bend: a law that says nothing of the oil
+    would explain more of a set for that.
     """
-    fit = _Fit(ledger.balances, _linear(ledger.balances, hypothesis))
+    fit = _Fit(ledger.balances, _linear(ledger.balances, hypothesis), _bends_force)
     evidence, price = fit.evidence()
     return evidence - sum(ledger.price(name) for name in hypothesis.names), price
 
 
-class _Fit:
-    """A fit that begins at the linear model's numbers."""
+def _bends(candidate: Candidate) -> bool:
+    """Whether an effect's law bends."""
+    return bool(candidate.effect.bends)
 
-    def __init__(self, balances: Balances, linear: Fitted) -> None:
+
+class _Fit:
+    """A fit that begins at the linear model's numbers; `bends`: of which effects by the law."""
+
+    def __init__(
+        self, balances: Balances, linear: Fitted, bends: Callable[[Candidate], bool] = _bends
+    ) -> None:
         self.balances = balances
         parts: list[Part] = []
         starts, centres, sds, held = [], [], [], []
@@ -172,7 +181,7 @@ class _Fit:
             own = old.own(linear.mean)
             coordinates: tuple[Coordinate, ...] = ()
             values: dict[str, float] = {}
-            if effect.bends:
+            if bends(old.candidate):
                 values = linear.parameters(old, linear.mean, balances)
                 coordinates = tuple(_coordinate(old.candidate, k, values[k]) for k in effect.bends)
                 own = np.array([_fitted_unit(c, c.start) for c in coordinates])

@@ -55,8 +55,6 @@ class Hypothesis:
     """Ln of the Bayes factor against a sound machine."""
     mean: Array
     covariance: Array
-    apart: bool = False
-    """Two effects of which no balance shows both."""
     price: float = 0.0
     """What its evidence is less for numbers with which it would be another effect: these balances
     do not tell it from that one.
@@ -130,7 +128,7 @@ class Ledger:
         width = self._width[index]
         mean, whole = width * mean, covariance * np.outer(width, width)
         possible = sum(self._log_possible(n, names, mean, whole) for n in names)
-        return Hypothesis(names, factor + possible, mean, whole, self._apart(names), 0.0, possible)
+        return Hypothesis(names, factor + possible, mean, whole, 0.0, possible)
 
     def _log_possible(self, name: str, names: tuple[str, ...], mean: Array, whole: Array) -> float:
         """Ln of the share of the likely numbers of an effect, one of a set, with which it could be,
@@ -227,10 +225,6 @@ class Ledger:
         foreseen = seen + self.foreseen(one.names) - self.foreseen(courses) + one.possible
         return replace(one, log_factor=min(one.log_factor, foreseen))
 
-    def _apart(self, names: tuple[str, ...]) -> bool:
-        groups = self.balances.groups.values()
-        return len(names) == 2 and not any(all(n in g.columns for n in names) for g in groups)
-
     def were(self, names: tuple[str, ...], numbers: Array) -> Ledger:
         """The ledger of a recording that misses nothing but what these effects make, one's numbers
         after the other's, as they are in their own units.
@@ -239,6 +233,10 @@ class Ledger:
         index = self._index(names)
         out.gradient = self._information[:, index] @ (numbers / self._width[index])
         return out
+
+    def numbers_of(self, name: str) -> npt.NDArray[np.int64]:
+        """Where the numbers of an effect are among those of all candidates."""
+        return self._where[name]
 
     def _index(self, names: tuple[str, ...]) -> npt.NDArray[np.int64]:
         """Where the numbers of a set are among all."""

@@ -13,15 +13,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.groups import Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
-from testbed.diagnosis.robot.probabilities import NO_NAME, Names
+from testbed.diagnosis.robot.probabilities import (
+    NO_NAME,
+    Names,
+    calibration,
+    likeliest_nameless,
+)
 from testbed.errors import InputError
+
+if TYPE_CHECKING:
+    from testbed.diagnosis.robot.diagnose import RobotDiagnosis
 
 Array = npt.NDArray[np.float64]
 FILE = Path(__file__).with_name("motions.yaml")
@@ -66,6 +74,19 @@ def motion_named(name: str) -> Motion:
     raise InputError("no motion has that name", value=name, allowed=allowed)
 
 
+def parted_sets(found: RobotDiagnosis) -> tuple[Names, Names] | None:
+    """The rivals of a diagnosis as sets of effects that a motion can be rehearsed with: what no
+    name covers is the likeliest of all that have none, for a motion that shows a name's effect
+    need not part it from that.
+    """
+    two = rivals(found.verdict.hypotheses)
+    if two is None:
+        return None
+    nameless = likeliest_nameless(found.signs, calibration())
+    one, other = (nameless if names == NO_NAME else names for names in two)
+    return one, other
+
+
 def rivals(hypotheses: tuple[tuple[Names, float], ...]) -> tuple[Names, Names] | None:
     """The two likeliest sets of (names, probability), best first, if they cannot be told apart."""
     if len(hypotheses) < 2 or hypotheses[0][1] - hypotheses[1][1] >= CLOSE:
@@ -76,10 +97,10 @@ def rivals(hypotheses: tuple[tuple[Names, float], ...]) -> tuple[Names, Names] |
 def promises(
     first: Ledger, two: tuple[Names, Names], rehearsals: Mapping[str, Ledger]
 ) -> dict[str, float]:
-    """Motion -> how much evidence it may be expected to bring between two sets of names; `first`:
+    """Motion -> how much evidence it may be expected to bring between two sets of effects; `first`:
     of the recording that could not part them, `rehearsals`: of the believed machine's motions.
     """
-    one, other = (first.hypothesis(() if names == NO_NAME else names) for names in two)
+    one, other = (first.hypothesis(names) for names in two)
     numbers = parted(first.balances, one) | parted(first.balances, other)
 
     def above(rehearsed: Ledger, true: Names, false: Names) -> float:

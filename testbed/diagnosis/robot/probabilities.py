@@ -6,23 +6,25 @@ neither is exact for the machine. So evidence counts by a share of itself, and a
 against every step away from a sound machine:
 
     score(none) = 0
-    score(some name) = most of share t(lead) + second - price, over all sets
-    score(no name) = share' t(lead) - price(unnamed)
-    second = share t(gain - bent - form lead) - price(two)       for sets of two effects
-    second = share" t(gain - form_here lead) - price(two)        for two at one place where no error
-                                                                 of any course is sought; else 0
+    score(some effect) = most of share t(lead) + second - price, over all sets
+    score(any course) = share' t(lead) - price(unnamed)
+    second = share t(gain - bent) - price(two)               for sets of two effects
+    second = share" t(gain - form_here lead) - price(two)    for two at one place where no error of
+                                                             any course is sought; else 0
 
 `lead` is ln B of a set's stronger effect alone beyond what sound machines reach, `gain` what the
 other adds to it, beyond the same for its kind. Where some other effect alone explains more than the
 stronger one of two, `lead` is that, and `gain` what the two explain beyond it: one effect that
 explains as much as two do is no less likely for being one. t(x) = much ln(1 + x / much): no law is
-known to the letter, so ten times the evidence is not ten times as sure; nor is a second effect sure
-that explains but a share `form` of what the first one does. At its place and at its leg a law's own
-error looks like one: what an error of any course at the first one's place explains as well (`bent`)
-does not count, and where none is sought evidence counts by less (share").
-Probabilities go as exp(score). The sets of names divide theirs as exp(share_named lead + second):
+known to the letter, so ten times the evidence is not ten times as sure. At a first effect's place
+and at its leg its law's own error looks like a second one: what an error of any course at the first
+one's place explains as well (`bent`) does not count; where none is sought evidence counts by less
+(share"), beyond a share `form_here` of what the first one explains. At other places what a right
+first effect leaves does not grow with what it explains.
+Probabilities go as exp(score). The sets of effects divide theirs as exp(share_named lead + second):
 beside each other signatures are wrong by more than a sound machine is. A kind of effect is as
-likely as another, so one that has many places is less likely at each.
+likely as another, so one that has many places is less likely at each. So it is for a tolerance of
+any workshop far beyond its size, too, though it gets no name.
 What sound machines reach (`sound`) is known for each kind and joint (`sort_of`): some signatures
 look like what the model itself is wrong about, others like nothing. What errors of any course at
 its places explain beyond a set and LAW of it counts against it (`rest`). Errors of any course in
@@ -64,12 +66,10 @@ law holds to the letter (E).
 @dataclass(frozen=True)
 class RobotSigns:
     """What was tried on one recording: (names, ln of the Bayes factor against a sound machine);
-    `apart`: the pairs of which no balance shows both; `bent`: see Hypothesis, of pairs that have
-    it.
+    `bent`: see Hypothesis, of pairs that have it.
     """
 
     sets: tuple[tuple[Names, float], ...]
-    apart: frozenset[Names] = frozenset()
     bent: Mapping[Names, float] = field(default_factory=dict)
 
     @classmethod
@@ -77,24 +77,19 @@ class RobotSigns:
         """The signs of a finished search."""
         return cls(
             tuple((h.names, round(h.log_factor, 3)) for h in hypotheses),
-            frozenset(h.names for h in hypotheses if h.apart),
             {h.names: round(h.bent, 3) for h in hypotheses if h.bent is not None},
         )
 
     def as_json(self) -> list[Any]:
         """Plain lists."""
-        return [
-            [list(names), factor, names in self.apart, self.bent.get(names)]
-            for names, factor in self.sets
-        ]
+        return [[list(names), factor, self.bent.get(names)] for names, factor in self.sets]
 
     @classmethod
     def from_json(cls, rows: list[Any]) -> RobotSigns:
         """The signs that `as_json` wrote."""
         return cls(
             tuple((tuple(names), float(factor)) for names, factor, *_ in rows),
-            frozenset(tuple(names) for names, _, apart, _ in rows if apart),
-            {tuple(names): float(bent) for names, _, _, bent in rows if bent is not None},
+            {tuple(names): float(bent) for names, _, bent in rows if bent is not None},
         )
 
 
@@ -114,9 +109,8 @@ class Weighed:
     """
     here: Array
     """Evidence for the stronger of two at one place where no error of any course is sought, of
-    whose law's error the other may be made; `elsewhere`: of other two that some balance shows both.
+    whose law's error the other may be made.
     """
-    elsewhere: Array
     left: Array
     """What errors of any course at its places explain beyond a set."""
     two: Array
@@ -140,22 +134,21 @@ class Weighed:
             for names, factor in signs.sets
         ]
         told = tuple(NO_NAME if not has_names(names) else names for names, _ in signs.sets)
-        return cls(told, *np.array(rows, dtype=np.float64).reshape(-1, 9).T)
+        return cls(told, *np.array(rows, dtype=np.float64).reshape(-1, 8).T)
 
     def scores(self, numbers: Mapping[str, Any]) -> Array:
         """(k,) against a sound machine's 0."""
         share = np.where(self.bends, numbers["share_unnamed"], numbers["share"])
-        price = np.where(self.unnamed, numbers["unnamed"], numbers["one"])
+        price = np.where(self.bends, numbers["unnamed"], numbers["one"])
         rest = (1.0 - self.unnamed) * numbers["rest"] * self.left
-        bent = numbers["form_here"] * self.here + numbers["form"] * self.elsewhere
-        added = tempered(self.gain - bent, numbers["much"])
+        added = tempered(self.gain - numbers["form_here"] * self.here, numbers["much"])
         second = np.where(self.here > 0.0, numbers["share_second"], numbers["share"])
         beside = self.two * (second * added - numbers["two"]) - rest
         out = np.asarray(share * tempered(self.lead, numbers["much"]) + beside - price)
-        named = self.unnamed == 0.0
-        if named.any():
-            rivals = (numbers["share_named"] * self.lead + beside - self.places)[named]
-            out[named] = out[named].max() + rivals - np.logaddexp.reduce(rivals)
+        known = self.bends == 0.0
+        if known.any():
+            rivals = (numbers["share_named"] * self.lead + beside - self.places)[known]
+            out[known] = out[known].max() + rivals - np.logaddexp.reduce(rivals)
         return out
 
 
@@ -193,7 +186,6 @@ def _weighed(
         leads - reach[first],
         factor - leads - bent if two else 0.0,
         strong if two and one_place else 0.0,
-        strong if two and not one_place and names not in signs.apart else 0.0,
         _left_at_its_places(names, factor, alone),
         two,
         not has_names(names),
@@ -229,6 +221,17 @@ def distribution(signs: RobotSigns, numbers: Mapping[str, Any]) -> dict[Names, f
         out[names] = out.get(names, 0.0) + chance
     out[NO_NAME] = out.get(NO_NAME, 0.0) + lapsed
     return out
+
+
+def likeliest_nameless(signs: RobotSigns, numbers: Mapping[str, Any]) -> Names:
+    """Of the sets that no name covers the one with the highest score; () where none was tried."""
+    scores = Weighed.of(signs, numbers).scores(numbers).tolist()
+    nameless = [
+        (score, names)
+        for score, (names, _) in zip(scores, signs.sets, strict=True)
+        if not has_names(names)
+    ]
+    return max(nameless, default=(0.0, ()))[1]
 
 
 def leading(weights: Mapping[Names, float], lapse: float = 0.0) -> Names:
