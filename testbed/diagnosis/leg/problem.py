@@ -92,7 +92,9 @@ class Problem:
     layout: dict[str, Layout] = field(default_factory=dict)
     _corrected: tuple[object, list[Signals]] | None = None
     _balanced: tuple[object, list[Balance]] | None = None
-    _opened: dict[tuple[str, float, float, float, float], tuple[Array, Array]] = field(default_factory=dict)
+    _opened: dict[tuple[str, float, float, float, float], tuple[Array, Array]] = field(
+        default_factory=dict
+    )
 
     @property
     def kind(self) -> str:

@@ -71,9 +71,7 @@ class Series:
         """Number of whole bins."""
         return len(self.signals.time_s) // BIN
 
-    def opening_for(
-        self, deadband: float, laps: tuple[float, float] = (0.0, 0.0)
-    ) -> Array | None:
+    def opening_for(self, deadband: float, laps: tuple[float, float] = (0.0, 0.0)) -> Array | None:
         """The valve's smoothed opening for another deadband, and for what its edges differ by."""
         if self.spool_full is None:
             return None
