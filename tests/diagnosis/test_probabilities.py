@@ -11,7 +11,13 @@ import pytest
 
 from testbed.benchmarks.diagnosis.calibration import fit, restated
 from testbed.benchmarks.diagnosis.scores import closed_of_added
-from testbed.diagnosis.leg.probabilities import Calibration, calibration, distribution
+from testbed.diagnosis.leg.probabilities import (
+    FORCE_LEFT,
+    Calibration,
+    calibration,
+    distribution,
+    quiet,
+)
 from testbed.diagnosis.leg.signs import SetSigns, Signs
 from testbed.effects import by_name
 from testbed.effects.terms import Signals
@@ -151,3 +157,15 @@ def test_a_command_later_than_any_recorder_writes_it_speaks_for_what_no_name_cov
     weights = calibration().late
     assert weights["one"] == pytest.approx(np.log(odds * usual / dead_time), abs=1e-3)
     assert weights["square"] == pytest.approx(0.5 / usual**2 - 0.5 / dead_time**2, abs=1e-4)
+
+
+def test_what_is_far_below_what_a_sound_leg_leaves_speaks_for_no_law_without_a_name() -> None:
+    """Generic terms gain as much in both; in one there is nothing but the floor."""
+    unnamed = {}
+    for left in (1.0, 1.6, FORCE_LEFT[0]):
+        still = replace(NOTHING, force=left, flow=1.0, pressed=1.0)
+        some = Signs(still, (), None, (((), 0.0),), 200.0, 0.1, 1.0, alone_gain=200.0)
+        unnamed[left] = distribution(some, calibration())[("unnamed",)]
+        assert quiet(still) == pytest.approx(max(1.0 - (left - 1.0) / 1.5, 0.0))
+    assert unnamed[1.0] < 0.2 < 0.4 < unnamed[FORCE_LEFT[0]]
+    assert unnamed[1.0] < unnamed[1.6] < unnamed[FORCE_LEFT[0]]

@@ -132,7 +132,7 @@ lands, and sticks and slips within one count of the encoder, faster than any cha
 (E)."""
 
 
-def _quiet(best: SetSigns) -> float:
+def quiet(best: SetSigns) -> float:
     """How far below what a sound leg may leave everything is that a set leaves, 0 to 1: at 1 there is
     nothing but the floor, and what generic terms gain there is of no size.
     """
@@ -151,7 +151,7 @@ def left_signs(signs: Signs) -> dict[str, float]:
     pressed = PRESSED_LEFT[0] + PRESSED_LEFT[1] * signs.refit.pressed
     return {
         "one": 1.0,
-        "quiet": _quiet(best),
+        "quiet": quiet(best),
         "pressed": _log(best.pressed / pressed, 1.0),
         "force": _log(best.force / (FORCE_LEFT[0] + FORCE_LEFT[1] * signs.refit.force), 1.0),
         "flow": _log(best.flow / (FLOW_LEFT[0] + FLOW_LEFT[1] * signs.refit.flow), 1.0),
@@ -168,7 +168,7 @@ def generic_signs(signs: Signs) -> dict[str, float]:
     ahead = signs.alone_gain - signs.best.gain  # which is 0 of no name
     return {
         "one": 1.0,
-        "quiet": _quiet(signs.best),
+        "quiet": quiet(signs.best),
         "gain": _log(generic, 0.5),
         "share": _log(share, 1e-3),
         "fall": _log(signs.generic_fall, 1e-3),
