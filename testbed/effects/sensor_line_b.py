@@ -18,8 +18,8 @@ noise.
 USUAL_DAMPING, LEAST_LAG_S = 0.8, 1.0e-3
 """Of the lines of a robot (E)."""
 SOUND_LAG_S, SOUND_COST = 1.0e-3, 1.0e3
-"""By so much any transducer and its amplifier are late (E: one of 200 Hz by 0.8 ms), and what a line
-costs that is late by nothing."""
+"""By so much any transducer and its amplifier are late (E: one of 200 Hz by 0.8 ms), and what a
+line costs that is late by nothing."""
 
 
 class LineB(Effect):
@@ -60,8 +60,8 @@ class LineB(Effect):
         )
 
     def price(self, values: Values, observed: Observed) -> float:
-        """A transducer is late by itself, and on a leg that is no finding: what a line costs that is
-        late by less than SOUND_LAG_S.
+        """A transducer is late by itself, and on a leg that is no finding: what a line costs that
+        is late by less than SOUND_LAG_S.
         """
         if observed.kind != "vertical-leg":
             return 0.0

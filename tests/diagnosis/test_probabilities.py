@@ -133,14 +133,16 @@ def test_what_trims_a_long_recording_is_no_rival_of_what_explains_a_short_one() 
 def test_what_generic_terms_gain_counts_as_much_where_no_name_gains_as_beside_one_that_hardly_does() -> (
     None
 ):
+    loud = replace(NOTHING, force=FORCE_LEFT[0])  # as much as a sound leg may leave
+
     def unnamed(signs: Signs, gain: float) -> float:
         told = replace(signs, generic_gain=gain, alone_gain=gain, generic_fall=0.1)
         return distribution(told, calibration())[("unnamed",)]
 
-    hardly = replace(NOTHING, names=("a",), gain=6.1, more=6.1, fall=0.013)
+    hardly = replace(loud, names=("a",), gain=6.1, more=6.1, fall=0.013)
     gains = (((), 0.0), (("a",), 6.1))
-    beside = Signs(NOTHING, (hardly,), None, gains, 1.0, 1e-3, 1.0)
-    no_name = Signs(NOTHING, (), None, gains[:1], 1.0, 1e-3, 1.0)
+    beside = Signs(loud, (hardly,), None, gains, 1.0, 1e-3, 1.0)
+    no_name = Signs(loud, (), None, gains[:1], 1.0, 1e-3, 1.0)
     for gain in (1.0, 100.0, 1000.0):
         assert unnamed(no_name, gain) == pytest.approx(unnamed(beside, gain), abs=0.03)
     assert unnamed(no_name, 1000.0) > 0.8

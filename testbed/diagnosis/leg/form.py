@@ -17,8 +17,8 @@ from testbed.recording.leg_model import Friction
 Array = npt.NDArray[np.float64]
 FRICTION_FORM, METERING_FORM = 0.006, 0.003
 """Share of the friction, and of the metered flow, that counts as a sensor's floor does. E: a seal's
-friction follows its formula to a per cent or two, an orifice's flow to half of one; a sound leg may leave 2.5
-and 1.75 floors (probabilities.FORCE_LEFT, FLOW_LEFT)."""
+friction follows its formula to a per cent or two, an orifice's flow to half of one; a sound leg may
+leave 2.5 and 1.75 floors (probabilities.FORCE_LEFT, FLOW_LEFT)."""
 
 
 def form_floors(problem: Problem, fit: Fit) -> dict[Key, float]:

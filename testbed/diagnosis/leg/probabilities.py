@@ -133,8 +133,8 @@ lands, and sticks and slips within one count of the encoder, faster than any cha
 
 
 def quiet(best: SetSigns) -> float:
-    """How far below what a sound leg may leave everything is that a set leaves, 0 to 1: at 1 there is
-    nothing but the floor, and what generic terms gain there is of no size.
+    """How far below what a sound leg may leave everything is that a set leaves, 0 to 1: at 1 there
+    is nothing but the floor, and what generic terms gain there is of no size.
     """
     pairs = ((best.force, FORCE_LEFT), (best.flow, FLOW_LEFT), (best.pressed, PRESSED_LEFT))
     most = max((left - 1.0) / (sound[0] - 1.0) for left, sound in pairs)
