@@ -133,10 +133,11 @@ lands, and sticks and slips within one count of the encoder, faster than any cha
 
 
 def quiet(best: SetSigns) -> float:
-    """How far below what a sound leg may leave everything is that a set leaves, 0 to 1: at 1 there
-    is nothing but the floor, and what generic terms gain there is of no size.
+    """How far below what a sound leg may leave in the air that is which a set leaves there, 0 to 1:
+    at 1 there is nothing but the floor, and what generic terms gain is of no size. Landings say
+    nothing.
     """
-    pairs = ((best.force, FORCE_LEFT), (best.flow, FLOW_LEFT), (best.pressed, PRESSED_LEFT))
+    pairs = ((best.force, FORCE_LEFT), (best.flow, FLOW_LEFT))
     most = max((left - 1.0) / (sound[0] - 1.0) for left, sound in pairs)
     return float(np.clip(1.0 - most, 0.0, 1.0))
 
