@@ -18,8 +18,8 @@ noise.
 USUAL_DAMPING, LEAST_LAG_S = 0.8, 1.0e-3
 """Of the lines of a robot (E)."""
 SOUND_LAG_S, SOUND_COST = 2.0e-3, 1.0e3
-"""By so much a transducer with its amplifier is late (E: one of 80 Hz), and what a line costs that is
-late by nothing."""
+"""By so much a transducer with its amplifier is late (E: one of 80 Hz), and what a line costs that
+is late by nothing."""
 
 
 class LineB(Effect):
