@@ -17,6 +17,9 @@ noise.
 
 USUAL_DAMPING, LEAST_LAG_S = 0.8, 1.0e-3
 """Of the lines of a robot (E)."""
+SOUND_LAG_S, SOUND_COST = 2.0e-3, 1.0e3
+"""By so much a transducer with its amplifier is late (E: one of 80 Hz), and what a line costs that
+is late by nothing."""
 
 
 class LineB(Effect):
@@ -55,6 +58,14 @@ class LineB(Effect):
         return signals.with_(
             pressure_b_pa=b + (2.0 * values["damping"] / w) * rate + bend / (w * w)
         )
+
+    def price(self, values: Values, observed: Observed) -> float:
+        """A transducer is late by itself, and on a leg that is no finding: what a line costs that
+        is late by less than SOUND_LAG_S.
+        """
+        if observed.kind != "vertical-leg":
+            return 0.0
+        return SOUND_COST * max(1.0 - self.to_linear(values)["lag"] / SOUND_LAG_S, 0.0)
 
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """Five natural frequencies between 5 and 100 Hz."""

@@ -259,9 +259,17 @@ class Sensor(Group):
         """Standard deviation of what a transducer errs by and no averaging removes: its bow, evenly
         drawn, and its loop, on whose one side or the other it reads.
         """
-        narrowest = NARROWEST_LOOP * self.pressure_hysteresis_pa
-        loop = 0.5 * (narrowest + self.pressure_hysteresis_pa)
-        return math.hypot(self.bow_sd_pa, loop)
+        return math.hypot(self.bow_sd_pa, self.loop_mean_pa)
+
+    @property
+    def loop_mean_pa(self) -> float:
+        """Mean half width of a transducer's loop, evenly drawn from the narrowest to the widest."""
+        return 0.5 * (1.0 + NARROWEST_LOOP) * self.pressure_hysteresis_pa
+
+    @property
+    def loop_sd_pa(self) -> float:
+        """Standard deviation of that half width."""
+        return (1.0 - NARROWEST_LOOP) * self.pressure_hysteresis_pa / math.sqrt(12.0)
 
 
 class Rope(Group):

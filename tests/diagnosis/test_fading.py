@@ -79,7 +79,11 @@ def test_what_fades_is_the_friction_at_slow_speeds_over_that_at_fast_ones(
     )
     slow, fast = np.quantile(velocity[velocity > 3e-3], (0.1, 0.9))
     dry = [10.0 + 40.0 * np.exp(-speed / 0.05) for speed in (slow, fast)]
-    assert fading(problem, fit, quiet) == pytest.approx(np.log(dry[0] / dry[1]))
+    stays = 0.5 * (dry[1] + 10.0)
+    assert fading(problem, fit, quiet) == pytest.approx(np.log1p((dry[0] - dry[1]) / stays))
+    shifted = still.model_copy(update={"coulomb_plus_n": 20.0, "coulomb_minus_n": 0.0})
+    pushed = replace(fit, at=replace(fit.at, friction=shifted))  # by a constant force of 10 N
+    assert fading(problem, pushed, quiet) == pytest.approx(fading(problem, fit, quiet))
     noisy = replace(left, rms=dict.fromkeys(left.rms, 1e4))
     assert fading(problem, fit, noisy) == pytest.approx(0.0, abs=4e-3)
 

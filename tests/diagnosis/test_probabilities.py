@@ -11,7 +11,13 @@ import pytest
 
 from testbed.benchmarks.diagnosis.calibration import fit, restated
 from testbed.benchmarks.diagnosis.scores import closed_of_added
-from testbed.diagnosis.leg.probabilities import Calibration, calibration, distribution
+from testbed.diagnosis.leg.probabilities import (
+    FORCE_LEFT,
+    Calibration,
+    calibration,
+    distribution,
+    quiet,
+)
 from testbed.diagnosis.leg.signs import SetSigns, Signs
 from testbed.effects import by_name
 from testbed.effects.terms import Signals
@@ -127,14 +133,16 @@ def test_what_trims_a_long_recording_is_no_rival_of_what_explains_a_short_one() 
 def test_what_generic_terms_gain_counts_as_much_where_no_name_gains_as_beside_one_that_hardly_does() -> (
     None
 ):
+    loud = replace(NOTHING, force=FORCE_LEFT[0])  # as much as a sound leg may leave
+
     def unnamed(signs: Signs, gain: float) -> float:
         told = replace(signs, generic_gain=gain, alone_gain=gain, generic_fall=0.1)
         return distribution(told, calibration())[("unnamed",)]
 
-    hardly = replace(NOTHING, names=("a",), gain=6.1, more=6.1, fall=0.013)
+    hardly = replace(loud, names=("a",), gain=6.1, more=6.1, fall=0.013)
     gains = (((), 0.0), (("a",), 6.1))
-    beside = Signs(NOTHING, (hardly,), None, gains, 1.0, 1e-3, 1.0)
-    no_name = Signs(NOTHING, (), None, gains[:1], 1.0, 1e-3, 1.0)
+    beside = Signs(loud, (hardly,), None, gains, 1.0, 1e-3, 1.0)
+    no_name = Signs(loud, (), None, gains[:1], 1.0, 1e-3, 1.0)
     for gain in (1.0, 100.0, 1000.0):
         assert unnamed(no_name, gain) == pytest.approx(unnamed(beside, gain), abs=0.03)
     assert unnamed(no_name, 1000.0) > 0.8
@@ -151,3 +159,15 @@ def test_a_command_later_than_any_recorder_writes_it_speaks_for_what_no_name_cov
     weights = calibration().late
     assert weights["one"] == pytest.approx(np.log(odds * usual / dead_time), abs=1e-3)
     assert weights["square"] == pytest.approx(0.5 / usual**2 - 0.5 / dead_time**2, abs=1e-4)
+
+
+def test_what_is_far_below_what_a_sound_leg_leaves_speaks_for_no_law_without_a_name() -> None:
+    """Generic terms gain as much in both; in one there is nothing but the floor."""
+    unnamed = {}
+    for left in (1.0, 1.6, FORCE_LEFT[0]):
+        still = replace(NOTHING, force=left, flow=1.0, pressed=1.0)
+        some = Signs(still, (), None, (((), 0.0),), 200.0, 0.1, 1.0, alone_gain=200.0)
+        unnamed[left] = distribution(some, calibration())[("unnamed",)]
+        assert quiet(still) == pytest.approx(max(1.0 - (left - 1.0) / 1.5, 0.0))
+    assert unnamed[1.0] < 0.2 < 0.4 < unnamed[FORCE_LEFT[0]]
+    assert unnamed[1.0] < unnamed[1.6] < unnamed[FORCE_LEFT[0]]

@@ -22,7 +22,7 @@ from testbed.diagnosis.leg.valve_edges import edges_of
 from testbed.effects import by_name
 from testbed.effects.active import Active
 from testbed.effects.terms import FlowTerms, Signals
-from testbed.estimation.leg.flow import EDGES, Edges, flow_balance
+from testbed.estimation.leg.flow import EDGES, Edges, flow_balance, smoothed_opening
 from testbed.recording.axis import Rig
 from testbed.recording.known import Known
 
@@ -173,3 +173,43 @@ def test_a_sound_leg_with_edges_three_per_cent_apart_is_told_sound(
     assert found["verdict"] == "none" and found["effects"] == []
     sizes = {edge: size["value"] for edge, size in found["valve_edges"].items()}
     assert sizes == pytest.approx({"pa": 1.03, "at": 0.97, "pb": 1.0, "bt": 1.03}, abs=0.008)
+
+
+def test_of_what_a_supply_is_measured_to_wander_so_much_reaches_the_edges_as_they_see() -> None:
+    signals, open_ = at_rest(1.0)
+    nominal = signals.known.supply_pressure_nominal_pa
+    assert nominal is not None
+    wandering = signals.with_(supply_pressure_pa=np.full(50, nominal + 4e5))
+    higher = signals.with_(
+        known=signals.known.model_copy(update={"supply_pressure_nominal_pa": nominal + 2e5})
+    )
+    half = flow_balance(wandering, FlowTerms(0.0, 0.03), open_, Edges(supply_share=0.5))
+    assert half.a_m3_s == pytest.approx(flow_balance(higher, FlowTerms(0.0, 0.03), open_).a_m3_s)
+    blind = flow_balance(wandering, FlowTerms(0.0, 0.03), open_)
+    assert blind.a_m3_s == pytest.approx(flow_balance(signals, FlowTerms(0.0, 0.03), open_).a_m3_s)
+    assert half.supply_pa == pytest.approx(np.full(50, 4e5))  # what has to be explained stays
+
+
+def test_a_spool_laps_further_on_the_way_that_it_is_told_to() -> None:
+    at = np.repeat([-0.5, -0.04, 0.04, 0.5], 40)
+    lapped = smoothed_opening(at, 0.05, 1.0, laps=(0.01, -0.02)).reshape(4, 40)[:, 20]
+    assert lapped == pytest.approx([-0.47 / 0.95, -0.01 / 0.95, 0.0, 0.44 / 0.95])
+
+
+@pytest.mark.slow
+def test_a_spool_that_opens_late_is_found_so_and_is_no_finding(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The valve is as it was, and declared to open 0.3 % of its travel earlier."""
+    rig = rig_of(monkeypatch, 12, {})
+    as_declared = rig.known.valve_deadband
+    assert as_declared is not None
+    base = declared(rig)
+    early = base.known.model_copy(update={"valve_deadband": as_declared - 0.003})
+    base = base.model_copy(update={"known": early})
+    fit, _ = fit_base(Problem(series_of(rig.identify, early), base, True))
+    _, sound = fitted(monkeypatch, {})
+    for lap in ("lap_out", "lap_in"):
+        further = getattr(fit.at.edges, lap) - getattr(sound.at.edges, lap)
+        assert further == pytest.approx(0.003, abs=4e-4)
+    assert fit.scale["flow"] == pytest.approx(sound.scale["flow"], rel=0.05)

@@ -16,6 +16,8 @@ from testbed.effects import OF_A_CYLINDER, by_name
 from testbed.effects.force_cushion import LEFT_COST
 from testbed.effects.force_periodic import natural_frequency_hz, strongest_line
 from testbed.effects.friction_presliding import BENT_M, SOUND_BEND_M, SOUND_COST
+from testbed.effects.sensor_line_b import SOUND_COST as LINE_COST
+from testbed.effects.sensor_line_b import SOUND_LAG_S
 from testbed.effects.terms import USUAL, ForceResidual, Observed, Signals
 from testbed.estimation.leg.flow import Edges
 from testbed.formats.arrays import Array
@@ -190,3 +192,12 @@ def test_sizes_without_a_sign_are_fitted_as_logarithms() -> None:
     low, high = by_name("friction.presliding").spec("stiffness").prior
     assert stiffness.start == pytest.approx(np.sqrt(low * high))
     assert not any(c.log for c in by_name("force.spring").coordinates())
+
+
+def test_a_line_that_is_late_by_no_more_than_a_transducer_costs_for_it() -> None:
+    line = by_name("sensor.line_b")
+    half = {"natural_frequency": 1.0 / (np.pi * SOUND_LAG_S), "damping": 0.5}
+    pipe = {"natural_frequency": 10.0, "damping": 0.7}
+    assert line.price(half, observed()) == pytest.approx(0.5 * LINE_COST)
+    assert line.price(pipe, observed()) == 0.0
+    assert line.price(half, observed("cylinder")) == 0.0

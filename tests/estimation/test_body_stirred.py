@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
 
 from testbed.estimation.live.body_records import BodyBelief
-from testbed.estimation.live.body_stirred import SHARE, Stirred, moving_variance, stir
+from testbed.estimation.live.body_stirred import BEGUN, SLIDING, Stirred, moving_variance, stir
 
 DT = 5e-3
 
@@ -53,7 +54,14 @@ def test_a_foot_that_carries_errs_by_its_part_of_the_bodys_sway_and_one_in_the_a
 ):
     body, state = BodyBelief.zeros()[0], Stirred.zeros()[0]
     body.steady_sd, body.body_mass, body.carries, state.variance = 40.0, 4000.0, 300.0, 0.04
-    assert moving_variance(-50.0, body, state) == 1600.0
-    part = SHARE * 1000.0 * 0.2
-    assert moving_variance(7000.0, body, state) == pytest.approx(1600.0 + part**2)
-    assert moving_variance(150.0, body, state) == pytest.approx(1600.0 + (0.5 * part) ** 2)
+    assert moving_variance(-50.0, 1.0, body, state) == 1600.0
+    part = BEGUN * 1000.0 * 0.2
+    assert moving_variance(7000.0, 1.0, body, state) == pytest.approx(1600.0 + part**2)
+    assert moving_variance(150.0, 1.0, body, state) == pytest.approx(1600.0 + (0.5 * part) ** 2)
+
+
+def test_a_piston_that_has_slid_for_long_errs_by_less_of_the_sway() -> None:
+    body, state = BodyBelief.zeros()[0], Stirred.zeros()[0]
+    body.body_mass, body.carries, state.variance = 4000.0, 300.0, 0.04
+    sd = [math.sqrt(moving_variance(7000.0, begun, body, state)) for begun in (1.0, 0.5, 0.0)]
+    assert sd == pytest.approx([BEGUN * 200.0, 0.5 * (BEGUN + SLIDING) * 200.0, SLIDING * 200.0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -11,11 +12,15 @@ from testbed.estimation.live.told_friction import (
     ForceRange,
     ToldShares,
     follow_force,
+    told_of_constants,
     told_of_friction,
 )
 
 SHARES = ToldShares.one(
     sliding=0.6,
+    begun=1.4,
+    begun_s=0.1,
+    constants=0.8,
     stopped=0.4,
     loaded=0.9,
     stuck=0.7,
@@ -29,7 +34,7 @@ WIDTH_N, NOISE_N = 1000.0, 50.0
 def told(gone_n: float, has_slid: float, slides: float = 0.0) -> float:
     axis, ends = AxisState.zeros()[0], ForceRange.zeros()[0]
     axis.low, axis.high = -0.5 * WIDTH_N, 0.5 * WIDTH_N
-    axis.has_slid, axis.slides = has_slid, slides
+    axis.has_slid, axis.slides, axis.slid = has_slid, slides, 9.0
     ends.low, ends.high = -3000.0, -3000.0 + gone_n
     return told_of_friction(axis, ends, NOISE_N, SHARES)
 
@@ -61,6 +66,25 @@ def test_loads_lead_a_stuck_seal_and_stir_one_that_has_stopped(
 
 def test_a_sliding_piston_has_its_own_share_whatever_its_force_did() -> None:
     assert told(0.0, 1.0, 0.2) == told(9000.0, 1.0, 1.0) == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize(
+    ("slid_s", "left"), [(0.0, 1.0), (0.1, math.exp(-1.0)), (0.2, math.exp(-2.0)), (5.0, 0.0)]
+)
+def test_a_slide_that_has_just_begun_tells_more_than_one_that_lasts(
+    slid_s: float, left: float
+) -> None:
+    axis, ends = AxisState.zeros()[0], ForceRange.zeros()[0]
+    axis.slides, axis.has_slid, axis.slid = 1.0, 1.0, slid_s
+    friction = told_of_friction(axis, ends, NOISE_N, SHARES)
+    assert friction == pytest.approx(0.6 + 0.8 * left)
+    assert told_of_constants(axis, SHARES) == pytest.approx(1.0 - 0.2 * (1.0 - left))
+
+
+def test_constants_are_told_whole_at_rest() -> None:
+    axis = AxisState.zeros()[0]
+    axis.slid = 5.0
+    assert told_of_constants(axis, SHARES) == 1.0
 
 
 def test_a_range_begins_with_the_first_force_and_anew_where_the_piston_slides() -> None:

@@ -41,6 +41,10 @@ MOVED_BY_EDGES = ("flow", "supply")
 UNEQUAL, MOST_UNEQUAL = 0.04, 0.1
 """Share by which one metering edge differs from the four: standard deviation, and bound. E, the
 triangle of `testbed/machine/workshop.yaml`: notches of one spool scatter by some per cent."""
+OVERLAPPED, MOST_OVERLAPPED = 0.002, 0.006
+"""Share of its travel by which a spool's edges open earlier or later than its declared dead band
+says: standard deviation, and bound. E: some micrometres of a spool of a millimetre or two; far
+below the `valve.deadband` that is looked for."""
 METERING = (
     Coordinate(
         NUISANCE,
@@ -75,6 +79,19 @@ METERING = (
         log=True,
         moves=MOVED_BY_EDGES,
         prior=(float(np.log(SMOOTH_DROP_PA)), 0.7),
+    ),
+    *(
+        Coordinate(
+            NUISANCE,
+            lap,
+            start=0.0,
+            low=-MOST_OVERLAPPED,
+            high=MOST_OVERLAPPED,
+            scale=0.001,
+            moves=MOVED_BY_EDGES,
+            prior=(0.0, OVERLAPPED),
+        )
+        for lap in ("lap_out", "lap_in")
     ),
 )
 """A valve differs from its plate, and its edges from each other: never a finding."""
@@ -122,6 +139,20 @@ def not_declared(rig: Rig) -> tuple[str, ...]:
     return tuple(
         name for name, needs in needed.items() if needs and getattr(rig.known, name) is None
     )
+
+
+SEEN_OF_SUPPLY = Coordinate(
+    NUISANCE,
+    "supply_share",
+    start=0.5,
+    low=0.0,
+    high=1.0,
+    scale=0.1,
+    moves=MOVED_BY_EDGES[:1],
+    prior=(0.5, 0.5),
+)
+"""Where the supply's pressure is measured: by how much of what it wanders there it does so in front
+of the edges, too."""
 
 
 def _clocked(problem: Problem) -> Coordinate:
@@ -230,6 +261,8 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     coordinates = friction_coordinates(friction, scale)
     if problem.with_flow:
         coordinates += [*METERING, _clocked(problem)]
+        if "supply" in problem.channels():
+            coordinates.append(SEEN_OF_SUPPLY)
     if problem.kind in ("cylinder", "drive"):
         coordinates.append(zero_force(scale))
     if problem.kind == "drive":

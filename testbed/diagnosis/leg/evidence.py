@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.leg.fit import Fit
-from testbed.diagnosis.leg.noise import given_back
+from testbed.diagnosis.leg.noise import flow_given_back, given_back
 from testbed.diagnosis.leg.prediction import held_out
 from testbed.diagnosis.leg.problem import Problem
 
@@ -83,7 +83,10 @@ def judged(problem: Problem, fit: Fit) -> dict[str, Array]:
     back.
     """
     left = held_out(problem, fit)
-    return left | {"force": given_back(problem, fit.at.effects, left["force"])}
+    out = left | {"force": given_back(problem, fit.at.effects, left["force"])}
+    if "flow" in left:
+        out["flow"] = flow_given_back(problem, fit.at.effects, left["flow"])
+    return out
 
 
 def of_residual(problem: Problem, residual: dict[str, Array]) -> Evidence:

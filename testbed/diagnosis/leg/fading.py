@@ -23,6 +23,9 @@ SLOW, FAST = 0.1, 0.9
 def fading(problem: Problem, fit: Fit, left: Evidence) -> float:
     """Logarithm of the dry friction at slow speeds of the motion over that at fast ones, of the way
     in which it falls more, at least 0. What falls by no more than is left anyway is none.
+
+    What is there at fast speeds is the mean of both ways: by how much they differ, a constant
+    force, friction shares with a spring's rest, a mass or a gain.
     """
     friction = fit.at.friction
     noise_n = _rms_n(left)
@@ -43,14 +46,16 @@ def fading(problem: Problem, fit: Fit, left: Evidence) -> float:
             friction.stribeck_speed_minus_m_s,
         ),
     )
-    found = 0.0
+    falls_n, stay_n = [0.0], []
     for along, coulomb_n, stribeck_n, width_m_s in ways:
         speeds = along[along > MOVING_M_S]
         if len(speeds) < FEWEST:
             continue
         slow, fast = coulomb_n + stribeck_n * np.exp(-np.quantile(speeds, (SLOW, FAST)) / width_m_s)
-        found = max(found, float(np.log((slow + noise_n) / (fast + noise_n))))
-    return found
+        falls_n.append(float(slow - fast))
+        stay_n.append(float(fast))
+    stays_n = noise_n + (float(np.mean(stay_n)) if stay_n else 0.0)
+    return float(np.log1p(max(falls_n) / stays_n)) if stays_n > 0.0 else 0.0
 
 
 def _rms_n(left: Evidence) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.leg.evidence import FEWEST, Key, student
-from testbed.diagnosis.leg.noise import grain, rounding_left, white_noise
+from testbed.diagnosis.leg.noise import chamber_volumes_m3, grain, rounding_left, white_noise
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import BIN, Series, as_channel
 from testbed.estimation.leg.force import estimate
@@ -74,12 +74,8 @@ def _cell_rounding_n(recording: Recording) -> float:
 def flow_floor_m3_s(series: Series) -> tuple[Array, Array]:
     """The same for the flow balances of A and B, m3/s, shape (n,)."""
     known = series.signals.known
-    position = series.signals.position_m
-    dead_a, dead_b = known.dead_volume_a_m3 or 0.0, known.dead_volume_b_m3 or 0.0
-    chambers = (
-        (known.area_a_m2, dead_a + known.area_a_m2 * position),
-        (known.area_b_m2, dead_b + known.area_b_m2 * ((known.stroke_m or 0.0) - position)),
-    )
+    volume_a, volume_b = chamber_volumes_m3(series.signals)
+    chambers = ((known.area_a_m2, volume_a), (known.area_b_m2, volume_b))
     out = []
     for noise, (area, volume) in zip(
         series.pressure_noise_pa or (None, None), chambers, strict=True

@@ -7,14 +7,16 @@ back before a hypothesis is judged.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from testbed.effects.active import Active
+from testbed.effects.terms import Signals
 from testbed.estimation.leg.balance import corrected, piston_force_n
+from testbed.estimation.leg.motion import slope
 
 if TYPE_CHECKING:
     from testbed.diagnosis.leg.problem import Problem
@@ -63,39 +65,96 @@ def given_back(problem: Problem, effects: Sequence[Active], force: Array) -> Arr
     """The stacked force residual (bins,), N, each recording's raised by the variance that the
     effects' filters take off the noise of its pressure sensors.
     """
-    if not any(active.effect.overrides("correct") for active in effects):
-        return force
-    out, first = force.copy(), 0
-    counted = problem.layout["force"].count > 0
+    return _raised(problem, effects, "force", force)
+
+
+def flow_given_back(problem: Problem, effects: Sequence[Active], flow: Array) -> Array:
+    """The same of the stacked flow residual, m3/s: each recording's of A, then of B."""
+    return _raised(problem, effects, "flow", flow)
+
+
+def _raised(problem: Problem, effects: Sequence[Active], channel: str, residual: Array) -> Array:
+    filters = [active for active in effects if active.effect.overrides("correct")]
+    if not filters:
+        return residual
+    out, first = residual.copy(), 0
+    counted = problem.layout[channel].count > 0
     for series in problem.series:
-        rows = slice(first, first + series.bins)
-        first += series.bins
-        left = force[rows][counted[rows]]
-        if left.size:
-            typical = max((1.48 * float(np.median(np.abs(left)))) ** 2, 1e-24)
-            out[rows] *= np.sqrt(1.0 + _taken_off_n2(series, effects) / typical)
+        for taken in _taken_off(series, filters, NOISY[channel]):
+            rows = slice(first, first + series.bins)
+            first += series.bins
+            left = residual[rows][counted[rows]]
+            if left.size:
+                typical = max((1.48 * float(np.median(np.abs(left)))) ** 2, LEAST[channel])
+                out[rows] *= np.sqrt(1.0 + taken / typical)
     return out
 
 
-def _taken_off_n2(series: Series, effects: Sequence[Active]) -> float:
-    """By how much less the pressures' noise varies in the force after each filter than before it,
-    N2; what one raises makes up for nothing that another damps.
+LEAST = {"force": 1e-24, "flow": 1e-30}
+"""Variance of a residual below which it is none, N2 and m6/s2."""
+
+
+def _taken_off(
+    series: Series, filters: Sequence[Active], noisy: Callable[[Signals], tuple[Array, ...]]
+) -> list[float]:
+    """By how much less the pressures' noise varies after each filter than before it, in each of
+    the balances that `noisy` makes of it; what one raises makes up for nothing that another damps.
     """
     if series.pressure_noise_pa is None:
-        return 0.0
+        return [0.0] * len(noisy(series.signals))
     noise_a, noise_b = series.pressure_noise_pa
-    noisy = series.signals.with_(pressure_a_pa=noise_a, pressure_b_pa=noise_b)
+    read = series.signals.with_(pressure_a_pa=noise_a, pressure_b_pa=noise_b)
     still = series.signals.with_(
         pressure_a_pa=np.zeros_like(noise_a),
         pressure_b_pa=None if noise_b is None else np.zeros_like(noise_a),
     )
     mask = series.trusted & series.clear
-    total, before = 0.0, _variance(*series.binned(piston_force_n(noisy), mask))
-    for effect in effects:
-        noisy, still = corrected(noisy, (effect,)), corrected(still, (effect,))
-        after = _variance(*series.binned(piston_force_n(noisy) - piston_force_n(still), mask))
-        total, before = total + max(before - after, 0.0), after
-    return total
+
+    def varies() -> Array:
+        pairs = zip(noisy(read), noisy(still), strict=True)
+        return np.array(
+            [_variance(*series.binned(with_ - without, mask)) for with_, without in pairs]
+        )
+
+    before = varies()
+    total = np.zeros_like(before)
+    for effect in filters:
+        read, still = corrected(read, (effect,)), corrected(still, (effect,))
+        after = varies()
+        total, before = total + np.maximum(before - after, 0.0), after
+    return [float(taken) for taken in total]
+
+
+def _in_force(signals: Signals) -> tuple[Array, ...]:
+    """Force that pressures make on the piston, N, (n,)."""
+    return (piston_force_n(signals),)
+
+
+def _in_flow(signals: Signals) -> tuple[Array, ...]:
+    """Flow that presses the oil of A and B, m3/s, each (n,)."""
+    volumes = chamber_volumes_m3(signals)
+    softness = 1.0 / (signals.known.bulk_modulus_pa or 1e9)
+    out = []
+    for volume, pressure in zip(
+        volumes, (signals.pressure_a_pa, signals.pressure_b_pa), strict=True
+    ):
+        assert pressure is not None
+        out.append(softness * volume * slope(pressure, signals.rate_hz))
+    return tuple(out)
+
+
+NOISY: Mapping[str, Callable[[Signals], tuple[Array, ...]]] = {
+    "force": _in_force,
+    "flow": _in_flow,
+}
+
+
+def chamber_volumes_m3(signals: Signals) -> tuple[Array, Array]:
+    """Oil in A and B, m3, each (n,)."""
+    known, position = signals.known, signals.position_m
+    dead_a, dead_b = known.dead_volume_a_m3 or 0.0, known.dead_volume_b_m3 or 0.0
+    left = (known.stroke_m or 0.0) - position
+    return dead_a + known.area_a_m2 * position, dead_b + known.area_b_m2 * left
 
 
 def _variance(mean: Array, count: Array) -> float:

@@ -132,6 +132,16 @@ lands, and sticks and slips within one count of the encoder, faster than any cha
 (E)."""
 
 
+def quiet(best: SetSigns) -> float:
+    """How far below what a sound leg may leave in the air that is which a set leaves there, 0 to 1:
+    at 1 there is nothing but the floor, and what generic terms gain is of no size. Landings say
+    nothing.
+    """
+    pairs = ((best.force, FORCE_LEFT), (best.flow, FLOW_LEFT))
+    most = max((left - 1.0) / (sound[0] - 1.0) for left, sound in pairs)
+    return float(np.clip(1.0 - most, 0.0, 1.0))
+
+
 def left_signs(signs: Signs) -> dict[str, float]:
     """What tells that no name covers what is there: more is left than the form of a law explains.
 
@@ -142,6 +152,7 @@ def left_signs(signs: Signs) -> dict[str, float]:
     pressed = PRESSED_LEFT[0] + PRESSED_LEFT[1] * signs.refit.pressed
     return {
         "one": 1.0,
+        "quiet": quiet(best),
         "pressed": _log(best.pressed / pressed, 1.0),
         "force": _log(best.force / (FORCE_LEFT[0] + FORCE_LEFT[1] * signs.refit.force), 1.0),
         "flow": _log(best.flow / (FLOW_LEFT[0] + FLOW_LEFT[1] * signs.refit.flow), 1.0),
@@ -158,6 +169,7 @@ def generic_signs(signs: Signs) -> dict[str, float]:
     ahead = signs.alone_gain - signs.best.gain  # which is 0 of no name
     return {
         "one": 1.0,
+        "quiet": quiet(signs.best),
         "gain": _log(generic, 0.5),
         "share": _log(share, 1e-3),
         "fall": _log(signs.generic_fall, 1e-3),

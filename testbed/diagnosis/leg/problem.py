@@ -46,7 +46,7 @@ from testbed.recording.leg_model import Friction, LegModel
 Array = npt.NDArray[np.float64]
 
 
-OPENINGS = 4
+OPENINGS = 6
 """Openings of each recording that are kept."""
 
 
@@ -92,7 +92,9 @@ class Problem:
     layout: dict[str, Layout] = field(default_factory=dict)
     _corrected: tuple[object, list[Signals]] | None = None
     _balanced: tuple[object, list[Balance]] | None = None
-    _opened: dict[tuple[str, float, float], tuple[Array, Array]] = field(default_factory=dict)
+    _opened: dict[tuple[str, float, float, float, float], tuple[Array, Array]] = field(
+        default_factory=dict
+    )
 
     @property
     def kind(self) -> str:
@@ -202,7 +204,7 @@ class Problem:
         parts: dict[str, list[Array]] = {"flow": [], "supply": []}
         for one, signals in zip(self.series, self._signals(effects), strict=True):
             terms = flow_terms(signals, effects)
-            open_, late = self._openings(one, terms.deadband, edges.late_s)
+            open_, late = self._openings(one, terms.deadband, edges)
             balance = flow_balance(signals, terms, open_, edges, late)
             parts["flow"] += [
                 one.binned(balance.a_m3_s, one.clear)[0],
@@ -222,25 +224,26 @@ class Problem:
             terms = flow_terms(signals, effects)
             if terms.droop_pa_s_m3 > 0.0:
                 return None
-            open_, late = self._openings(one, terms.deadband, edges.late_s)
+            open_, late = self._openings(one, terms.deadband, edges)
             for edge, slopes in edge_slopes(signals, terms, open_, edges, late).items():
                 parts[edge] += [one.binned(slope, one.clear)[0] for slope in slopes]
         out = {edge: np.concatenate(columns) for edge, columns in parts.items()}
         all_four = sum(getattr(edges, edge) * column for edge, column in out.items())
         return out | {"gain": np.asarray(all_four) / edges.gain}
 
-    def _openings(self, one: Series, deadband: float, late_s: float) -> tuple[Array, Array]:
+    def _openings(self, one: Series, deadband: float, edges: Edges) -> tuple[Array, Array]:
         """A recording's opening as its command says, and as late as the edges follow; the last few
         are kept.
         """
-        key = (one.name, deadband, late_s)
+        laps = edges.lap_out, edges.lap_in
+        key = (one.name, deadband, edges.late_s, *laps)
         if key not in self._opened:
-            declared = deadband == one.signals.known.valve_deadband
-            open_ = one.opening if declared else one.opening_for(deadband)
+            declared = deadband == one.signals.known.valve_deadband and not any(laps)
+            open_ = one.opening if declared else one.opening_for(deadband, laps)
             assert open_ is not None
             if len(self._opened) >= OPENINGS * len(self.series):
                 del self._opened[next(iter(self._opened))]
-            self._opened[key] = open_, followed(open_, late_s, one.signals.rate_hz)
+            self._opened[key] = open_, followed(open_, edges.late_s, one.signals.rate_hz)
         return self._opened[key]
 
     def __post_init__(self) -> None:

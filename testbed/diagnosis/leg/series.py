@@ -71,13 +71,12 @@ class Series:
         """Number of whole bins."""
         return len(self.signals.time_s) // BIN
 
-    def opening_for(self, deadband: float) -> Array | None:
-        """The valve's smoothed opening for another deadband."""
+    def opening_for(self, deadband: float, laps: tuple[float, float] = (0.0, 0.0)) -> Array | None:
+        """The valve's smoothed opening for another deadband, and for what its edges differ by."""
         if self.spool_full is None:
             return None
-        return smoothed_opening(
-            self.spool_full, deadband, self.width_s * self.full_rate_hz, self.step
-        )
+        width = self.width_s * self.full_rate_hz
+        return smoothed_opening(self.spool_full, deadband, width, self.step, laps)
 
     def binned(self, values: Array, mask: Mask) -> tuple[Array, Array]:
         """(mean over the masked samples of each bin, number of them), each of shape (bins,)."""

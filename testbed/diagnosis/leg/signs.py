@@ -12,6 +12,7 @@ import numpy as np
 
 from testbed.diagnosis.leg.evidence import Evidence, Key, of_residual
 from testbed.diagnosis.leg.fading import fading
+from testbed.diagnosis.leg.form import form_floors
 from testbed.diagnosis.leg.prediction import held_out, shown_by_one
 from testbed.diagnosis.leg.search import LEAST_FALL, LEAST_GAIN, Candidate, Search
 from testbed.diagnosis.leg.unexplained import Unexplained
@@ -26,11 +27,11 @@ class SetSigns:
     relative fall of a group's noise from the set before; `carried`: log-likelihood gained where
     each recording is predicted from the others, if they can, see `_by_recording`; `worst`:
     relative growth of the noise of the recording that suffers most then.
-    `force`, `flow`: largest noise over the floor of the sensors that the set leaves in a group of
-    that kind in the air; `pressed`: in one of either kind on the load cell. `uneven`: how far the
-    valve's metering edges differ, see Edges.unevenness; `late`: samples by which its commands act
-    later than the rows of the usual recorder say; `fading`: how far its dry friction vanishes with
-    speed, see fading.py.
+    `force`, `flow`: largest noise over the floor of the sensors, and of what no law's form is true
+    to (form.py), that the set leaves in a group of that kind in the air; `pressed`: in one of
+    either kind on the load cell. `uneven`: how far the valve's metering edges differ, see
+    Edges.unevenness; `late`: samples by which its commands act later than the rows of the usual
+    recorder say; `fading`: how far its dry friction vanishes with speed, see fading.py.
     """
 
     names: tuple[str, ...]
@@ -144,8 +145,9 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
             default=0.0,
         )
     own = _effects_floor_n(candidate, found)
+    form = form_floors(state.problem, candidate.fit)
     floors = {
-        name: float(np.hypot(floor, own)) if name[0] == "force" else floor
+        name: float(np.hypot(np.hypot(floor, own if name[0] == "force" else 0.0), form[name]))
         for name, floor in found.floors.items()
     }
     excess = {

@@ -54,6 +54,13 @@ class Edges:
     """Drop below which their flow grows straight, Pa."""
     late_s: float = 0.0
     """By how much later than COMMAND_LEAD_SAMPLES says they follow the recorded command, s."""
+    lap_out: float = 0.0
+    """How much further than its dead band says the spool goes before A is fed, share of its
+    travel."""
+    lap_in: float = 0.0
+    """The same on the way that feeds B."""
+    supply_share: float = 0.0
+    """Share of what the measured supply pressure differs by from the believed one that they see."""
 
     def unevenness(self) -> float:
         """Sum of the squares by which the four differ from their own mean, as shares."""
@@ -134,9 +141,21 @@ def edge_flow(
     )
 
 
-def smoothed_opening(spool_: Array, deadband: float, width_samples: float, step: int = 1) -> Array:
-    """The valve's opening, smoothed like the other channels; every `step`-th sample."""
-    return smooth(np.asarray(opening(spool_, deadband), dtype=np.float64), width_samples)[::step]
+def smoothed_opening(
+    spool_: Array,
+    deadband: float,
+    width_samples: float,
+    step: int = 1,
+    laps: tuple[float, float] = (0.0, 0.0),
+) -> Array:
+    """The valve's opening, smoothed like the other channels; every `step`-th sample. `laps`: how
+    much further than `deadband` the spool goes before it opens, outwards and inwards.
+    """
+    open_ = opening(spool_, deadband)
+    if any(laps):
+        further = deadband + np.where(spool_ > 0.0, *laps)
+        open_ = np.sign(spool_) * np.maximum(np.abs(spool_) - further, 0.0) / (1.0 - deadband)
+    return smooth(np.asarray(open_, dtype=np.float64), width_samples)[::step]
 
 
 def followed(open_: Array, late_s: float, rate_hz: float) -> Array:
@@ -164,6 +183,9 @@ def flow_balance(
     pressure_a, pressure_b = signals.pressure_a_pa, signals.pressure_b_pa
     assert pressure_a is not None and pressure_b is not None
     supply = _supply_pa(signals, terms, open_, edges)
+    measured, feeding = signals.supply_pressure_pa, supply
+    if measured is not None and edges.supply_share:
+        feeding = supply + edges.supply_share * (measured - supply)
     open_ = followed(open_, edges.late_s, signals.rate_hz) if late is None else late
     leak: Array | float = 0.0
     if terms.leakage_m3_s_pa:
@@ -176,7 +198,7 @@ def flow_balance(
         velocity_m_s=signals.velocity_m_s,
         pressure_a_pa=pressure_a,
         pressure_b_pa=pressure_b,
-        supply_pa=_filled(supply, shape),
+        supply_pa=_filled(feeding, shape),
         leak_m3_s=_filled(leak, shape),
         softness_a_1_pa=_filled(_softness(pressure_a, signals.known, terms), shape),
         softness_b_1_pa=_filled(_softness(pressure_b, signals.known, terms), shape),
@@ -189,7 +211,6 @@ def flow_balance(
         flow_a = flow_a - hose_flow_m3_s(
             pressure_a, terms.hose_capacity_m3_pa, terms.hose_time_s, period
         )
-    measured = signals.supply_pressure_pa
     return FlowBalance(flow_a, flow_b, None if measured is None else measured - supply)
 
 

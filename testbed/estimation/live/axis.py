@@ -69,6 +69,7 @@ class AxisState(Record):
     slides = quantity("1", "how surely it slides, 0 to 1")
     sense = quantity("1", "the way it slid last: -1, 0, 1")
     rested = quantity("s", "for how long it has been at rest")
+    slid = quantity("s", "for how long it has surely slid the way it goes now")
     has_slid = quantity("1", "1 once it has surely slid")
     speed = quantity("m/s", "of the piston")
     acceleration = quantity("m/s2", "of the piston, 0 at rest")
@@ -186,6 +187,7 @@ def step_axis(
         low, high, spread = low - end, high + end, end
     state.friction, state.low, state.high, state.spread = likely, low, high, spread
     sense = seen.sense if slides >= 1.0 else 0.0
+    state.slid = state.slid + dt if sense != 0.0 and sense == state.sense else 0.0
     if sense != 0.0 and sense != state.sense:
         state.sense, state.changed = sense, 1.0
     elif slides <= 0.0 and slid_before > 0.0:

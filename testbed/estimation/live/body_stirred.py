@@ -4,7 +4,8 @@ slides. Compiled.
 Friction that turns with the motion, legs that bend, and encoders and pressures that answer with
 different delays make the estimate err while the body sways; where it goes steadily nothing does.
 What the feet feel of it together is m a, m what moves with the body: so a foot that carries errs by
-SHARE of its quarter of m times the standard deviation of a over the last MEMORY_S.
+a share of its quarter of m times the standard deviation of a over the last MEMORY_S: BEGUN of it
+when its piston has just begun to slide, SLIDING later.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from testbed.recording.rows import XYZ
 
 MEMORY_S = 0.1
 """Over which it is looked at (E)."""
-SHARE = 1.0
+BEGUN, SLIDING = 1.0, 0.25
 """Chosen on drawn machines that no result is taken from (E)."""
 
 
@@ -49,7 +50,10 @@ def stir(specific_force: Any, dt: float, state: Any) -> None:
 
 
 @njit
-def moving_variance(load: float, body: Any, state: Any) -> float:
-    """Of a foot's load (N) while its piston slides, beside friction's, N2; body: BodyBelief."""
-    own = SHARE * body.body_mass / len(LEGS) * share_carried(load, body)
+def moving_variance(load: float, begun: float, body: Any, state: Any) -> float:
+    """Of a foot's load (N) while its piston slides, beside friction's, N2; begun: how much it has
+    only just begun to, 1 to 0; body: BodyBelief.
+    """
+    share = SLIDING + (BEGUN - SLIDING) * begun
+    own = share * body.body_mass / len(LEGS) * share_carried(load, body)
     return float(body.steady_sd**2 + own * own * state.variance)

@@ -14,7 +14,7 @@ import numpy as np
 from testbed.compiled import njit
 from testbed.estimation.live import doubt
 from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.told_friction import told_of_friction
+from testbed.estimation.live.told_friction import told_of_constants, told_of_friction
 from testbed.formats.records import SET
 from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
 
@@ -69,16 +69,18 @@ def leg_variance(covariance: Any, weights: Any, leg: int) -> float:
 
 @njit
 def reported_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
-    """Variance to report for a foot force, N2: all of what the machine's constants make of the
-    filter's variance, of what friction makes a share (told_friction.py), more where the balance is
-    doubted, and the noise of the filtered load.
+    """Variance to report for a foot force, N2: shares of what the machine's constants and friction
+    make of the filter's variance (told_friction.py), more where the balance is doubted, and the
+    noise of the filtered load.
     """
     piston, ends = state.axes[VERTICAL[leg]], state.ranges[leg]
     told = told_of_friction(piston, ends, body.range_noise, body.told)
     share = doubt.told_share(told, state.doubt)
     variance = max(leg_variance(state.fusion.p, weights, leg), 0.0)
     fixed = min(max(leg_variance(state.fusion.fixed, weights, leg), 0.0), variance)
-    return float(fixed + share * share * (variance - fixed) + body.noise_sd * body.noise_sd)
+    known = doubt.told_share(told_of_constants(piston, body.told), state.doubt)
+    told_variance = known * known * fixed + share * share * (variance - fixed)
+    return float(told_variance + body.noise_sd * body.noise_sd)
 
 
 @njit

@@ -137,12 +137,20 @@ class OwnTuning:
     """Of a filtered load."""
     moving_sd_n: float = 110.0
     """What inertia and friction leave beside that while the piston slides."""
-    steady_sd_n: float = 40.0
+    steady_sd_n: float = 32.0
     """What they leave where the body goes steadily."""
-    told_sliding: float = 0.6
+    told_sliding: float = 0.28
     """Of the filter's standard deviation by friction, what an interval tells while the vertical
-    piston slides (told_friction.py). These five were chosen on 32 drawn machines whose seals begin
+    piston slides (told_friction.py). These six were chosen on drawn machines whose seals begin
     stuck anywhere.
+    """
+    told_begun: float = 1.8
+    """When it has just begun to slide,"""
+    told_begun_s: float = 0.05
+    """and for about so long."""
+    told_constants: float = 0.8
+    """Of the filter's standard deviation by the machine's constants, while the vertical piston
+    slides for longer: what a friction by speed errs by, one by load or a zero makes up for.
     """
     told_stopped: float = 0.43
     """Just after it came to rest: it keeps the friction of its stop."""
@@ -230,6 +238,8 @@ def told_whole(tuning: OwnTuning, stuck: float = 1.0) -> OwnTuning:
     return replace(
         tuning,
         told_sliding=1.0,
+        told_begun=1.0,
+        told_constants=1.0,
         told_stopped=1.0,
         told_loaded=1.0,
         told_stuck=stuck,

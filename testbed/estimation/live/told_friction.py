@@ -6,7 +6,8 @@ what the piston has been through, and intervals tell that:
   down by about the width of its set have led it towards the middle (`led`);
 - one that has come to rest keeps the friction it stopped with, which is known (`stopped`), until
   changes of its load have bent the seal this way and that (`loaded`);
-- one that slides has the friction of sliding (`sliding`).
+- one that has begun to slide still bends its seal and its oil (`begun`); after `begun_s` it has the
+  friction of sliding (`sliding`).
 Each is a share of the filter's standard deviation. The estimate itself does not depend on them.
 """
 
@@ -22,7 +23,10 @@ from testbed.formats.records import Record, quantity
 class ToldShares(Record):
     """Of the filter's standard deviation of a load by friction, what an interval tells."""
 
-    sliding = quantity("1", "while the vertical piston slides")
+    sliding = quantity("1", "while the vertical piston slides, once it has done so for long")
+    begun = quantity("1", "when it has just begun to")
+    begun_s = quantity("s", "over which one becomes the other")
+    constants = quantity("1", "of what the machine's constants make, while it slides for long")
     stopped = quantity("1", "just after it came to rest")
     loaded = quantity("1", "once its force has gone over `loaded_within` since")
     stuck = quantity("1", "while it has not slid since the start")
@@ -53,12 +57,29 @@ def follow_force(force: float, slides: float, ends: Any) -> None:
 
 
 @njit
+def just_begun(axis: Any, shares: Any) -> float:
+    """How much a piston (AxisState) that slides has only just begun to, 1 to 0."""
+    return math.exp(-axis.slid / shares.begun_s)
+
+
+@njit
+def told_of_constants(axis: Any, shares: Any) -> float:
+    """Of the filter's standard deviation of a load by the machine's constants, what an interval
+    tells: all of it, and less while the piston (AxisState) slides and shows them.
+    """
+    if axis.slides <= 0.0:
+        return 1.0
+    return float(1.0 + (shares.constants - 1.0) * (1.0 - just_begun(axis, shares)))
+
+
+@njit
 def told_of_friction(axis: Any, ends: Any, noise_n: float, shares: Any) -> float:
     """Of the filter's standard deviation of a load by the friction of a piston (AxisState), what an
     interval tells; ends: its ForceRange, of which `noise_n` is noise.
     """
     if axis.slides > 0.0:
-        return float(shares.sliding)
+        begun = just_begun(axis, shares)
+        return float(shares.sliding + (shares.begun - shares.sliding) * begun)
     width = max(axis.high - axis.low, 1.0)
     gone = max(ends.high - ends.low - noise_n, 0.0) / width
     if axis.has_slid == 0.0:

@@ -34,7 +34,7 @@ from testbed.estimation.live.cylinder_errors import (
     write_cylinder_weights,
     write_leg_weights,
 )
-from testbed.estimation.live.told_friction import follow_force
+from testbed.estimation.live.told_friction import follow_force, just_begun
 from testbed.estimation.live.wrench import (
     MOMENT,
     add_force,
@@ -129,10 +129,11 @@ def take_means(body: Any, state: Any) -> Any:
         force = sums.cylinder_force[i] / count
         sizes.news[i] = 0.0
         if i % 3 == 2:
-            follow_force(force, state.axes[i].slides, state.ranges[i // 3])
-        if i % 3 == 2 and state.axes[i].slides < 1.0 and started:
-            change = abs(force - means.cylinder_force[i])
-            sizes.news[i] = (body.news_share * max(change - body.news_noise, 0.0)) ** 2
+            slides = state.axes[i].slides
+            follow_force(force, slides, state.ranges[i // 3])
+            if slides < 1.0 and started:
+                change = abs(force - means.cylinder_force[i])
+                sizes.news[i] = (body.news_share * max(change - body.news_noise, 0.0)) ** 2
         means.cylinder_force[i] = force
         sums.cylinder_force[i] = 0.0
     state.count = 0.0
@@ -362,8 +363,9 @@ def bounds(leg: int, load: float, body: Any, state: Any, interval: Any) -> None:
     """Write the standard deviation, the 90 % interval and the spread of a foot's load (N) into
     `interval`.
     """
-    slides, filtered = state.axes[VERTICAL[leg]].slides, state.filters[leg].estimate.variance
-    moving = slides**2 * moving_variance(load, body, state.stirred)
+    piston, filtered = state.axes[VERTICAL[leg]], state.filters[leg].estimate.variance
+    slides, begun = piston.slides, just_begun(piston, body.told)
+    moving = slides**2 * moving_variance(load, begun, body, state.stirred)
     sd = math.sqrt(state.force_sd[leg, UP] ** 2 + (filtered + moving))
     other = filtered + (slides * body.moving_sd) ** 2
     interval.spread[leg] = math.sqrt(state.spread[leg] ** 2 + other)
