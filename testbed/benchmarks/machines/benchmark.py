@@ -284,7 +284,7 @@ def _beliefs(result: Mapping[str, Any]) -> Table:
     by_chance = result.get("best_stand_worse_than_published")
     if by_chance is not None:
         title += (
-            f" (the best that the drawing allows is worse than (7) in {by_chance:.1%} of stands)"
+            f" (the best that the drawing allows is worse than (7) in {100 * by_chance:.1f} % of stands)"
         )
     return Table(title, header, rows)
 
