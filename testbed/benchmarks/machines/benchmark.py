@@ -283,9 +283,7 @@ def _beliefs(result: Mapping[str, Any]) -> Table:
     title = f"Whole-body estimate, {machines}, {seeds}"
     by_chance = result.get("best_stand_worse_than_published")
     if by_chance is not None:
-        title += (
-            f" (the best that the drawing allows is worse than (7) in {by_chance:.1%} of stands)"
-        )
+        title += f" (the best that the drawing allows is worse than (7) in {100 * by_chance:.1f} % of stands)"
     return Table(title, header, rows)
 
 
