@@ -13,9 +13,10 @@ from testbed.benchmarks.reference_leg.rigs import make_rig
 from testbed.effects.base import ForceTerms
 from testbed.effects.hydraulics_hose import hose_flow_m3_s
 from testbed.estimation.leg.balance import external_n
-from testbed.estimation.leg.flow import edge_flow, spool
+from testbed.estimation.leg.flow import edge_flow
 from testbed.estimation.leg.force import estimate
 from testbed.estimation.leg.motion import encoder_noise, motion, slope, smooth, through_steps
+from testbed.estimation.leg.spool import spool
 from testbed.recording.axis import Rig
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
 

@@ -12,11 +12,12 @@ import numpy.typing as npt
 
 from testbed.diagnosis.leg.noise import white_noise
 from testbed.effects.terms import Signals
-from testbed.estimation.leg.flow import smoothed_opening, spool
+from testbed.estimation.leg.flow import smoothed_opening
 from testbed.estimation.leg.force import trusted, unseen_travel_m
 from testbed.estimation.leg.gaps import at_ends, in_gaps
 from testbed.estimation.leg.motion import WIDTH_S, encoder_noise, grid, signals_of, smooth
 from testbed.estimation.leg.oil_motion import can_fuse, position_by_oil
+from testbed.estimation.leg.spool import spool
 from testbed.recording.axis import Recording
 from testbed.recording.known import Known
 from testbed.recording.leg_model import LegModel

@@ -13,7 +13,7 @@ from testbed.diagnosis.robot.bins import Frame
 from testbed.diagnosis.robot.rig import through_amplifier
 from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.diagnosis.robot.valve_edges import through_edges
-from testbed.estimation.leg.flow import spool
+from testbed.estimation.leg.spool import spool
 from testbed.formats.arrays import Array
 from testbed.machine.groups import Valve
 from testbed.machine.model import Axis

@@ -14,8 +14,9 @@ import numpy as np
 from testbed.effects import build
 from testbed.effects.terms import Signals
 from testbed.estimation.leg.balance import corrected
-from testbed.estimation.leg.flow import Edges, flow_balance, flow_terms, smoothed_opening, spool
+from testbed.estimation.leg.flow import Edges, flow_balance, flow_terms, smoothed_opening
 from testbed.estimation.leg.motion import signals_of, smooth
+from testbed.estimation.leg.spool import spool
 from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel
