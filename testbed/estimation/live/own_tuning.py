@@ -139,7 +139,7 @@ class OwnTuning:
     """What inertia and friction leave beside that while the piston slides."""
     steady_sd_n: float = 32.0
     """What they leave where the body goes steadily."""
-    told_sliding: float = 0.28
+    told_sliding: float = 0.45
     """Of the filter's standard deviation by friction, what an interval tells while the vertical
     piston slides (told_friction.py). These six were chosen on drawn machines whose seals begin
     stuck anywhere.
@@ -148,7 +148,7 @@ class OwnTuning:
     """When it has just begun to slide,"""
     told_begun_s: float = 0.05
     """and for about so long."""
-    told_constants: float = 0.8
+    told_constants: float = 0.9
     """Of the filter's standard deviation by the machine's constants, while the vertical piston
     slides for longer: what a friction by speed errs by, one by load or a zero makes up for.
     """
