@@ -114,11 +114,18 @@ class OwnTuning:
     blame_threshold: float = 2.5
     """Standard deviations at which a sensor is blamed."""
     doubt_cost: float = 10.0
-    """Cost of a balance that is still believed at rest (doubt.py). On 26 tuning runs of sound drawn
-    machines it is at most 5 standing and drilling, 8 raising, and 24 for moments of a crawl.
+    """Cost of a balance that is still believed before anything slid (doubt.py). On 26 tuning runs
+    of sound drawn machines it is at most 5 standing and drilling, 8 raising, and 24 for moments of
+    a crawl.
     """
     doubt_time_s: float = 2.0
     """Within which a doubted balance is given up, and believed again."""
+    surprise_worth: float = 2.0
+    """Unknowns that the belief is worth: so many more would have to be as far off as told before
+    what is found says how far off the machine is (surprise.py).
+    """
+    surprise_s: float = 8.0
+    """Over which what friction hides and the balance errs by is looked at for it."""
     zero_wander_n2_s: float = 1.0
     """Variance by which a zero of the cylinder force grows."""
     zero_sd_n: float = 20.0
