@@ -127,7 +127,7 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
     told = body["told"]
     told["sliding"], told["stopped"] = tuning.told_sliding, tuning.told_stopped
     told["begun"], told["begun_s"] = tuning.told_begun, tuning.told_begun_s
-    told["constants"] = tuning.told_constants
+    told["constants"], told["resting"] = tuning.told_constants, tuning.told_resting
     told["loaded"], told["loaded_within"] = tuning.told_loaded, tuning.told_loaded_within
     told["stuck"], told["led"] = tuning.told_stuck, tuning.told_led
     told["led_within"] = tuning.told_led_within
