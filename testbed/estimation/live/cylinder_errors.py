@@ -45,8 +45,6 @@ class LearntInAir(Record):
     count = quantity("1", "balances in the air so far")
 
 
-
-
 @njit
 def write_cylinder_weights(cylinder: int, weight: float, axis: Any, weights: Any) -> None:
     """Write into `weights` how the unknowns of a cylinder enter an observed force, of which the
