@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +10,15 @@ import pytest
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
-from testbed.diagnosis.robot.motions import CLOSE, motion_named, motions, promises, rivals
+from testbed.diagnosis.robot.motions import (
+    CLOSE,
+    instead_of_a_motion,
+    motion_named,
+    motions,
+    parting,
+    promises,
+    rivals,
+)
 from testbed.diagnosis.robot.together import APART_S, together
 from testbed.effects import by_name
 from testbed.effects.signature import Change
@@ -42,10 +49,8 @@ def recording(
         for name, place, axis in ((LEFT, "fl_vertical", 2), (RIGHT, "fr_vertical", 5))
     }
     groups = {"forces": raw.whitened({n: c.signature for n, c in found.items()})}
-    whole = SimpleNamespace(
-        bins=None, body=None, raw={"forces": raw}, groups=groups, candidates=found
-    )
-    return cast(Balances, whole)
+    nobody: Any = None
+    return Balances(nobody, nobody, {"forces": raw}, groups, found)
 
 
 def course(seed: int) -> np.ndarray:
@@ -96,17 +101,48 @@ def test_the_motion_that_shows_the_difference_promises_most() -> None:
     alike = course(1)
     first = Ledger(recording(alike, alike, 0.1 * alike))
     rehearsals = {
-        "parts": Ledger(recording(course(2), course(3), np.zeros(ROWS))),
-        "does not": Ledger(recording(alike, 1.001 * alike, np.zeros(ROWS))),
+        "parts": recording(course(2), course(3), np.zeros(ROWS)),
+        "does not": recording(alike, 1.001 * alike, np.zeros(ROWS)),
     }
     promised = promises(first, ((LEFT,), (RIGHT,)), rehearsals)
     assert promised["parts"] > 20.0 > 1.0 > promised["does not"]
+    assert parting(promised) == ["parts"]
 
 
 def test_an_effect_is_parted_from_a_sound_machine() -> None:
     first = Ledger(recording(course(1), course(2), 0.1 * course(1)))
-    rehearsals = {"shows": Ledger(recording(course(3), course(4), np.zeros(ROWS)))}
+    rehearsals = {"shows": recording(course(3), course(4), np.zeros(ROWS))}
     assert promises(first, ((LEFT,), ()), rehearsals)["shows"] > 20.0
+
+
+def test_a_promise_is_what_both_recordings_would_say_together() -> None:
+    """The rehearsal alone parts nothing: there a gain on the left makes what another one on the
+    right makes. Its number is known from the first recording, and is not that other one.
+    """
+    alike, own = course(1), course(2)
+    first = Ledger(recording(alike, alike, 0.1 * alike))
+    rehearsals = {"twice": recording(own, 2.0 * own, np.zeros(ROWS))}
+    promised = promises(first, ((LEFT,), (RIGHT,)), rehearsals)["twice"]
+    left, right = (first.hypothesis((name,)).mean[0] for name in (LEFT, RIGHT))
+    second = {LEFT: left * own, RIGHT: right * 2.0 * own}
+    gaps = []
+    for true, false in ((LEFT, RIGHT), (RIGHT, LEFT)):
+        both = Ledger(
+            together(recording(alike, alike, 0.1 * alike), recording(own, 2.0 * own, second[true]))
+        )
+        one, other = (both.hypothesis((name,)).log_factor for name in (true, false))
+        gaps.append(one - other)
+    assert promised == pytest.approx(np.mean(gaps), rel=1e-6) and promised > 10.0
+
+
+def test_where_no_motion_parts_two_it_is_said_what_would() -> None:
+    assert parting({"rise": 0.5, "press": -2.0}) == []
+    spring, cushion = "force.spring@fl_rotation", "force.cushion@fl_rotation"
+    said = instead_of_a_motion(((spring,), (cushion,)))
+    assert "no motion" in said and by_name("force.spring").alike["force.cushion"] in said
+    assert by_name("force.cushion").telling_motion in said
+    both = "rope.direction@rope_left"
+    assert both not in instead_of_a_motion(((spring, both), (cushion, both)))
 
 
 def test_sets_that_are_close_are_rivals() -> None:
