@@ -19,14 +19,17 @@ from testbed.diagnosis.robot.motions import (
     promises,
     rivals,
 )
-from testbed.diagnosis.robot.together import APART_S, together
+from testbed.diagnosis.robot.together import APART_S, Changes, together
 from testbed.effects import by_name
 from testbed.effects.signature import Change
 from testbed.errors import InputError
+from testbed.machine.names import AXES
 from testbed.scenario.scenario import load_scenario
+from tests.diagnosis.test_robot_signatures import balanced, recorded
 
 LEFT, RIGHT = "sensor.gain_a@fl_vertical", "sensor.gain_a@fr_vertical"
 ROWS = 20
+HIGHER = recorded()["position_fl_vertical"] + 0.1
 
 
 def recording(
@@ -89,6 +92,36 @@ def test_a_tolerance_is_the_same_machines_in_both_recordings() -> None:
         return float(group.missing @ group.missing)
 
     assert misfit(other) > 10.0 * misfit(one)
+
+
+def test_a_cushion_begins_at_the_same_places_in_both_recordings() -> None:
+    """What its numbers make is -(start - x) inside it, with one start however far each one went."""
+    cushion, place, axis = by_name("force.cushion"), "fl_vertical", AXES.index("fl_vertical")
+    bodies = [balanced(), balanced({**recorded(), f"position_{place}": HIGHER})]
+    nobody: Any = None
+    first, second = (
+        Balances(
+            nobody,
+            body,
+            {},
+            {},
+            {
+                "force.cushion@fl_vertical": Candidate(
+                    cushion, place, cushion.signature(body.seen, place)
+                )
+            },
+        )
+        for body in bodies
+    )
+    both = together(first, second)
+    for change in both.candidates["force.cushion@fl_vertical"].signature.values():
+        assert isinstance(change, Changes)
+        starts = [
+            (body.seen.extension_m[:, axis] - part.force[axis])[part.force[axis] < 0.0]
+            for body, part in zip(bodies, change.parts, strict=True)
+        ]
+        inside = np.concatenate(starts)
+        assert len(inside) and np.ptp(inside) < 1e-9
 
 
 def test_rows_of_the_second_come_after_the_first() -> None:
