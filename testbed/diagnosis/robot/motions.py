@@ -112,8 +112,10 @@ def parting(promised: Mapping[str, float]) -> list[str]:
 
 def instead_of_a_motion(two: tuple[Names, Names]) -> str:
     """What would tell two sets apart that no motion of the catalogue parts, in words."""
-    apart = tuple(tuple(n for n in own if n not in other) for own, other in (two, two[::-1]))
-    said = list(dict.fromkeys(_what_tells(apart)))
+    one, other = two
+    first = tuple(name for name in one if name not in other)
+    second = tuple(name for name in other if name not in one)
+    said = list(dict.fromkeys(_what_tells((first, second))))
     return "; ".join(["no motion of the catalogue parts them", *said])
 
 

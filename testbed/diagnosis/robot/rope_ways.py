@@ -31,4 +31,4 @@ def rope_ways(bins: Bins, robot: Robot, ropes_in_world: Array, rotation: Array) 
                 for k in range(bins.count)
             ]
         )
-    return np.einsum("nrj,njk->nrk", ropes, rotation)
+    return np.asarray(np.einsum("nrj,njk->nrk", ropes, rotation))
