@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,12 +22,15 @@ from testbed.diagnosis.robot.motions import (
     promises,
     rivals,
 )
+from testbed.diagnosis.robot.probabilities import RobotSigns
 from testbed.diagnosis.robot.together import APART_S, Changes, together
 from testbed.effects import by_name
 from testbed.effects.signature import Change
 from testbed.errors import InputError
 from testbed.machine.names import AXES
+from testbed.resources import folder
 from testbed.scenario.scenario import load_scenario
+from testbed.workflows import diagnose
 from tests.diagnosis.test_robot_signatures import balanced, recorded
 
 LEFT, RIGHT = "sensor.gain_a@fl_vertical", "sensor.gain_a@fr_vertical"
@@ -190,3 +196,24 @@ def test_every_motion_of_the_catalogue_is_one_that_a_standing_robot_can_make() -
         assert scenario.task.kind == motion.task["kind"]
     with pytest.raises(InputError, match="no motion has that name"):
         motion_named("dance")
+
+
+@pytest.mark.parametrize(("other", "written"), [(2.0, True), (1.001, False)])
+def test_a_motion_is_written_only_where_one_parts_the_two(
+    other: float, written: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    alike = course(1)
+    first = recording(alike, alike, 0.1 * alike)
+    rehearsal = recording(alike, other * alike, np.zeros(ROWS))
+    monkeypatch.setattr(diagnose, "_rehearsal", lambda *_: rehearsal)
+    shutil.copy(folder("scenarios") / "stand_clean.yaml", tmp_path / "scenario.yaml")
+    found: Any = SimpleNamespace(
+        balances=first,
+        signs=RobotSigns(()),
+        verdict=SimpleNamespace(hypotheses=(((LEFT,), 0.5), ((RIGHT,), 0.4))),
+    )
+    said: list[str] = []
+    told = diagnose.suggest_motion(found, tmp_path, tmp_path / "next.yaml", said.append)
+    assert told is not None and told["parts"] == [[LEFT], [RIGHT]]
+    assert (tmp_path / "next.yaml").is_file() == written == (told["motion"] is not None)
+    assert written or told["text"] == said[-1]
