@@ -135,8 +135,16 @@ class RawGroup:
         return np.asarray(np.linalg.cholesky(whole), dtype=np.float64)
 
     def unpredicted(self, until_s: float, signatures: Sequence[Signature]) -> tuple[float, float]:
-        """RMS of what is missing after `until_s`, predicted from what is before by a sound
-        machine's tolerances alone, and with these effects beside them (their numbers free).
+        """RMS of `left_unpredicted` of both."""
+        kept = self.time_s >= until_s
+        alone, beside = (
+            self.size(rest, kept) for rest in self.left_unpredicted(until_s, signatures)
+        )
+        return alone, beside
+
+    def left_unpredicted(self, until_s: float, signatures: Sequence[Signature]) -> list[Array]:
+        """What is missing after `until_s`, predicted from what is before by a sound machine's
+        tolerances alone, and with these effects beside them (their numbers free).
         """
         learnt = self.time_s < until_s
         effects = [c for s in signatures for c in s.values()]
@@ -149,9 +157,8 @@ class RawGroup:
             wide = wide * scale
             inside = self.noise[np.ix_(learnt, learnt)] + wide[learnt] @ wide[learnt].T
             weights = wide[learnt].T @ np.linalg.solve(inside, self.missing[learnt])
-            rest = self.missing[~learnt] - wide[~learnt] @ weights
-            out.append(self.size(rest, ~learnt))
-        return out[0], out[1]
+            out.append(self.missing[~learnt] - wide[~learnt] @ weights)
+        return out
 
 
 RECALLED = 0.2
