@@ -9,6 +9,7 @@ effect also has to predict the part of the recording that was kept back.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -130,10 +131,11 @@ def surely_more(added: Array) -> bool:
     """
     if len(added) < FEWEST_S:
         return True
-    return float(np.mean(added)) > SURE * float(np.std(added, ddof=1)) / np.sqrt(len(added))
+    return float(np.mean(added)) > SURE * float(np.std(added, ddof=1)) / math.sqrt(len(added))
 
 
 FEWEST_S, SURE = 4, 1.645
+"""Fewest seconds of which a spread is told, and how many of its deviations are sure with 95 % (E)."""
 
 
 def check_duration(time_s: Array, file: Path) -> float:
