@@ -135,7 +135,7 @@ def surely_more(added: Array) -> bool:
 
 
 FEWEST_S, SURE = 4, 1.645
-"""Fewest seconds of which a spread is told, and how many of its deviations are sure with 95 % (E)."""
+"""Fewest seconds that tell a spread, and how many of its deviations are sure with 95 % (E)."""
 
 
 def check_duration(time_s: Array, file: Path) -> float:
