@@ -112,6 +112,8 @@ class Effect:
     """
     lowest: ClassVar[float | None] = None
     """Below which no number of its signature can lie; None: as its parameters' bounds have it."""
+    by_travel: ClassVar[bool] = False
+    """What the numbers of its signature mean depends on how far its piston went."""
     usual: ClassVar[float | None] = None
     """How large they may be expected to be, where the parameters' priors do not tell."""
 

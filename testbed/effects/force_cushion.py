@@ -59,6 +59,7 @@ class Cushion(Effect):
     bends = ("stiffness", "start")
     lowest = 0.0
     usual = 3.0e4
+    by_travel = True
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """It pushes the piston out."""
@@ -98,12 +99,12 @@ class Cushion(Effect):
         x = seen.extension_m[:, i]
         return {
             f"stiffness {index}": Change(force={i: -np.maximum(start - x, 0.0)})
-            for index, start in enumerate(_tried(x))
+            for index, start in enumerate(_tried(*seen.travel_m(i)))
         }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """All of them together, and where they begin in the mean."""
-        starts = _tried(seen.extension_m[:, seen.axis(place)])
+        starts = _tried(*seen.travel_m(seen.axis(place)))
         parts = np.array([linear[f"stiffness {index}"] for index in range(len(starts))])
         whole = float(parts.sum())
         start = float(parts @ starts) / whole if whole else float(starts[-1])
@@ -126,9 +127,8 @@ piston may be inside its cushion all along.
 """
 
 
-def _tried(extension_m: Array) -> Array:
-    """Extensions at which it is tried to begin, m; (n,) extensions that were visited."""
-    low, high = float(extension_m.min()), float(extension_m.max())
+def _tried(low: float, high: float) -> Array:
+    """Extensions at which it is tried to begin, m, by the least and greatest that were visited."""
     return np.append(low + np.array(TRIED) * (high - low), high + BEYOND_M)
 
 

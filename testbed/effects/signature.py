@@ -140,6 +140,10 @@ class RobotSeen:
     """(12,) frequency of the strongest line of each piston's force."""
     line_n: Array
     """(12,) its amplitude, 0 where it may be noise."""
+    visited_m: Array | None = None
+    """(2, 12) least and greatest extension in all recordings that are weighed together; None: this
+    one is alone.
+    """
 
     @property
     def bins(self) -> int:
@@ -153,6 +157,12 @@ class RobotSeen:
     def rope(self, place: str) -> int:
         """Index of the rope `rope_left` or `rope_right`."""
         return SIDES.index(place.removeprefix("rope_"))
+
+    def travel_m(self, axis: int) -> tuple[float, float]:
+        """Least and greatest extension of a cylinder in all that is weighed together."""
+        here = self.extension_m[:, axis]
+        both = (here.min(), here.max()) if self.visited_m is None else self.visited_m[:, axis]
+        return float(both[0]), float(both[1])
 
     def weighs(self, asked: Array) -> Change:
         """The change by a mass that asks for generalised forces (n, 18) which nobody believes

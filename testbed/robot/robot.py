@@ -133,6 +133,8 @@ class Robot:
     linkages: Linkages
     rope_stiffness_n_m: float | None = None
     """Of each rope as it hangs, EA over its length; None: nobody knows."""
+    rope_lengths_m: Array | None = None
+    """(2,) from the attachments to the anchors; None: nobody knows."""
 
     @classmethod
     def of(

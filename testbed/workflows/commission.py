@@ -10,6 +10,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -120,8 +121,11 @@ def page(numbers: Mapping[str, Number], result: Mapping[str, Any]) -> str:
 
 
 def _robot(run: RobotRecording) -> Robot:
-    """The drawing-board robot with what was loaded."""
-    return survey_of(run.header.surveyed, run.file).robot(run.machine)
+    """The drawing-board robot with what was loaded; its ropes lead as at the start of a recording,
+    under which the weighing's intervals were found.
+    """
+    robot = survey_of(run.header.surveyed, run.file).robot(run.machine)
+    return replace(robot, rope_lengths_m=None)
 
 
 def _evidence(runs: Sequence[RobotRecording]) -> Iterator[Evidence]:

@@ -18,7 +18,6 @@ from testbed.formats.files import check_file, owned, write_json, write_text
 if TYPE_CHECKING:
     from testbed.diagnosis.robot.diagnose import RobotDiagnosis
     from testbed.diagnosis.robot.groups import Balances
-    from testbed.diagnosis.robot.hypotheses import Ledger
     from testbed.formats.arrays import Array
     from testbed.recording.robot import RobotRecording
     from testbed.robot.robot import Robot
@@ -257,12 +256,21 @@ def suggest_motion(
     found: RobotDiagnosis, run: Path, file: Path, tell: Callable[[str], None]
 ) -> dict[str, Any] | None:
     """Rehearse the catalogue of motions as the run in `run` stood, and write the scenario of the
-    one that promises most into `file`; None, and no file, where nothing is to be parted.
+    one that promises most into `file`; None, and no file, where nothing is to be parted. No file
+    either where none of them would part the two: the text says what would.
 
     Raises InputError where the run has no scenario beside it.
     """
     from testbed.diagnosis.robot.hypotheses import Ledger
-    from testbed.diagnosis.robot.motions import motion_named, motions, parted_sets, promises, rivals
+    from testbed.diagnosis.robot.motions import (
+        instead_of_a_motion,
+        motion_named,
+        motions,
+        parted_sets,
+        parting,
+        promises,
+        rivals,
+    )
     from testbed.formats.yaml_files import yaml_text
     from testbed.scenario.scenario import load_scenario
 
@@ -282,21 +290,20 @@ def suggest_motion(
     promised = promises(Ledger(found.balances), parted, rehearsed)
     if not promised:
         raise InputError("no motion of the catalogue can be made from here", field="--suggest")
-    best = motion_named(max(promised, key=promised.__getitem__))
+    told = {"parts": [list(names) for names in two], "promised": promised}
+    if not parting(promised):
+        instead = instead_of_a_motion(parted)
+        tell(instead)
+        return {**told, "motion": None, "text": instead}
+    best = motion_named(parting(promised)[0])
     said = [f"description={json.dumps(best.text)}", *NOTHING_EXPECTED]
     scenario = load_scenario(stood, [*best.overrides(), *said], duration=SECONDS)
     write_text(file, yaml_text(json.loads(scenario.model_dump_json(exclude_defaults=True))))
-    return {
-        "parts": [list(names) for names in two],
-        "motion": best.name,
-        "text": best.text,
-        "promised": promised,
-    }
+    return {**told, "motion": best.name, "text": best.text}
 
 
-def _rehearsal(stood: Path, overrides: list[str]) -> Ledger:
-    """The ledger of a motion of the believed machine."""
-    from testbed.diagnosis.robot.hypotheses import Ledger
+def _rehearsal(stood: Path, overrides: list[str]) -> Balances:
+    """The balances of a motion of the believed machine."""
     from testbed.recording.robot import read_robot
     from testbed.scenario.scenario import load_scenario
     from testbed.simulation.run import run_scenario
@@ -305,4 +312,4 @@ def _rehearsal(stood: Path, overrides: list[str]) -> Ledger:
     scenario = load_scenario(stood, [*AS_BELIEVED, *overrides], duration=SECONDS)
     with TemporaryDirectory() as folder:
         run_scenario(scenario, Path(folder) / "run")
-        return Ledger(balances_of_run(read_robot(Path(folder) / "run"), None, {}))
+        return balances_of_run(read_robot(Path(folder) / "run"), None, {})

@@ -295,7 +295,11 @@ class Survey:
         from testbed.robot.robot import Robot
 
         loaded = Robot.of(machine, self.payload_kg, self.rope_height_m)
-        return replace(loaded, rope_stiffness_n_m=self.rope_stiffness_n_m)
+        return replace(
+            loaded,
+            rope_stiffness_n_m=self.rope_stiffness_n_m,
+            rope_lengths_m=self.rope_lengths_m,
+        )
 
 
 def survey_of(surveyed: object, file: Path) -> Survey:

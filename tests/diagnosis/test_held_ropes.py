@@ -7,9 +7,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.held_ropes import FEWEST, SEEMS, HeldRopes, _agreeing, _stretches
+from testbed.diagnosis.robot.held_ropes import (
+    FEWEST,
+    SEEMS,
+    HeldRopes,
+    _agreeing,
+    _is_a_clamp,
+    _stretches,
+)
 from testbed.effects import by_name
 from testbed.effects.signature import Change
+from testbed.machine.build import build_machine
 from testbed.machine.scale import ROBOCLIMBER
 
 STIFFNESS_N_M = 3.0e5
@@ -71,6 +79,13 @@ def test_two_devices_that_do_alike_for_moments_do_not_outvote_a_rope_that_is_hel
 ) -> None:
     stiffness, lasts_s = np.array([1.0, 1.05, moved, 1.1 * moved]), np.array([1.6, 2.0, 0.6, 0.8])
     assert _agreeing(stiffness, lasts_s).tolist() == [True, True, False, False]
+
+
+def test_no_clamp_holds_a_rope_for_longer_than_its_device_needs_to_go_back() -> None:
+    traction = build_machine().traction
+    back_s = traction.stroke_m / traction.return_speed_m_s + 2.0 * traction.clamp_s
+    assert _is_a_clamp(back_s, traction) and _is_a_clamp(0.6, traction)
+    assert not _is_a_clamp(1.3 * back_s, traction)
 
 
 def test_of_two_that_disagree_the_stiffer_one_counts() -> None:

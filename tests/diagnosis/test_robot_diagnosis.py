@@ -26,6 +26,7 @@ from testbed.diagnosis.robot.diagnose import (
     Verdict,
     beyond_what_was_tried,
     check_duration,
+    surely_more,
 )
 from testbed.diagnosis.robot.findings import as_json, models, summary_rows
 from testbed.diagnosis.robot.groups import FORCES
@@ -126,6 +127,19 @@ def test_what_foretells_forces_worse_is_said_but_not_believed(
     nothing: Any = None
     said = RobotDiagnosis("run", nothing, nothing, nothing, (found,), errors, {})
     assert len(models(said, RobotModelFile())["after"].effects) == believed
+
+
+def test_what_one_second_alone_foretells_worse_may_be_chance() -> None:
+    found = Found("sensor.gain_a", "fl_vertical", {"gain_error": Parameter(value=0.1, unit="1")})
+    errors = {FORCES: {"before": 1.0, "refit": 1.0, "after": 1.1}}
+    nothing: Any = None
+    one, each = np.array([2.0, -0.3, 0.1, -0.2, 0.0]), np.array([0.4, 0.3, 0.2, 0.4, 0.3])
+    assert not surely_more(one) and surely_more(each) and surely_more(each[:2])
+    for added, believed in ((one, 1), (each, 0)):
+        said = RobotDiagnosis(
+            "run", nothing, nothing, nothing, (found,), errors, {}, added_n2=added
+        )
+        assert len(models(said, RobotModelFile())["after"].effects) == believed
 
 
 @pytest.mark.parametrize(("after", "believed"), [(1.01, True), (1.03, False)])

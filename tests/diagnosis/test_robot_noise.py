@@ -133,7 +133,15 @@ def test_what_shakes_stands_off_the_line_through_its_neighbours() -> None:
 
 def test_a_piston_inside_its_cushion_all_along_shows_it() -> None:
     extension = np.linspace(0.05, 0.15, 20)
-    seen = cast(Any, SimpleNamespace(extension_m=extension[:, None], axis=lambda _: 0, bins=20))
+    seen = cast(
+        Any,
+        SimpleNamespace(
+            extension_m=extension[:, None],
+            axis=lambda _: 0,
+            bins=20,
+            travel_m=lambda _: (extension.min(), extension.max()),
+        ),
+    )
     stiffness, start = 5.0e4, 0.22
     columns = [c.force[0] for c in Cushion().signature(seen, "fl_vertical").values()]
     numbers = np.linalg.lstsq(

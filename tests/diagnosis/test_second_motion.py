@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,15 +13,29 @@ import pytest
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
-from testbed.diagnosis.robot.motions import CLOSE, motion_named, motions, promises, rivals
-from testbed.diagnosis.robot.together import APART_S, together
+from testbed.diagnosis.robot.motions import (
+    CLOSE,
+    instead_of_a_motion,
+    motion_named,
+    motions,
+    parting,
+    promises,
+    rivals,
+)
+from testbed.diagnosis.robot.probabilities import RobotSigns
+from testbed.diagnosis.robot.together import APART_S, Changes, together
 from testbed.effects import by_name
 from testbed.effects.signature import Change
 from testbed.errors import InputError
+from testbed.machine.names import AXES
+from testbed.resources import folder
 from testbed.scenario.scenario import load_scenario
+from testbed.workflows import diagnose
+from tests.diagnosis.test_robot_signatures import balanced, recorded
 
 LEFT, RIGHT = "sensor.gain_a@fl_vertical", "sensor.gain_a@fr_vertical"
 ROWS = 20
+HIGHER = recorded()["position_fl_vertical"] + 0.1
 
 
 def recording(
@@ -42,10 +58,8 @@ def recording(
         for name, place, axis in ((LEFT, "fl_vertical", 2), (RIGHT, "fr_vertical", 5))
     }
     groups = {"forces": raw.whitened({n: c.signature for n, c in found.items()})}
-    whole = SimpleNamespace(
-        bins=None, body=None, raw={"forces": raw}, groups=groups, candidates=found
-    )
-    return cast(Balances, whole)
+    nobody: Any = None
+    return Balances(nobody, nobody, {"forces": raw}, groups, found)
 
 
 def course(seed: int) -> np.ndarray:
@@ -86,6 +100,36 @@ def test_a_tolerance_is_the_same_machines_in_both_recordings() -> None:
     assert misfit(other) > 10.0 * misfit(one)
 
 
+def test_a_cushion_begins_at_the_same_places_in_both_recordings() -> None:
+    """What its numbers make is -(start - x) inside it, with one start however far each one went."""
+    cushion, place, axis = by_name("force.cushion"), "fl_vertical", AXES.index("fl_vertical")
+    bodies = [balanced(), balanced({**recorded(), f"position_{place}": HIGHER})]
+    nobody: Any = None
+    first, second = (
+        Balances(
+            nobody,
+            body,
+            {},
+            {},
+            {
+                "force.cushion@fl_vertical": Candidate(
+                    cushion, place, cushion.signature(body.seen, place)
+                )
+            },
+        )
+        for body in bodies
+    )
+    both = together(first, second)
+    for change in both.candidates["force.cushion@fl_vertical"].signature.values():
+        assert isinstance(change, Changes)
+        starts = [
+            (body.seen.extension_m[:, axis] - part.force[axis])[part.force[axis] < 0.0]
+            for body, part in zip(bodies, change.parts, strict=True)
+        ]
+        inside = np.concatenate(starts)
+        assert len(inside) and np.ptp(inside) < 1e-9
+
+
 def test_rows_of_the_second_come_after_the_first() -> None:
     both = together(*(recording(course(1), course(2), course(3)) for _ in range(2)))
     time = both.raw["forces"].time_s
@@ -96,17 +140,48 @@ def test_the_motion_that_shows_the_difference_promises_most() -> None:
     alike = course(1)
     first = Ledger(recording(alike, alike, 0.1 * alike))
     rehearsals = {
-        "parts": Ledger(recording(course(2), course(3), np.zeros(ROWS))),
-        "does not": Ledger(recording(alike, 1.001 * alike, np.zeros(ROWS))),
+        "parts": recording(course(2), course(3), np.zeros(ROWS)),
+        "does not": recording(alike, 1.001 * alike, np.zeros(ROWS)),
     }
     promised = promises(first, ((LEFT,), (RIGHT,)), rehearsals)
     assert promised["parts"] > 20.0 > 1.0 > promised["does not"]
+    assert parting(promised) == ["parts"]
 
 
 def test_an_effect_is_parted_from_a_sound_machine() -> None:
     first = Ledger(recording(course(1), course(2), 0.1 * course(1)))
-    rehearsals = {"shows": Ledger(recording(course(3), course(4), np.zeros(ROWS)))}
+    rehearsals = {"shows": recording(course(3), course(4), np.zeros(ROWS))}
     assert promises(first, ((LEFT,), ()), rehearsals)["shows"] > 20.0
+
+
+def test_a_promise_is_what_both_recordings_would_say_together() -> None:
+    """The rehearsal alone parts nothing: there a gain on the left makes what another one on the
+    right makes. Its number is known from the first recording, and is not that other one.
+    """
+    alike, own = course(1), course(2)
+    first = Ledger(recording(alike, alike, 0.1 * alike))
+    rehearsals = {"twice": recording(own, 2.0 * own, np.zeros(ROWS))}
+    promised = promises(first, ((LEFT,), (RIGHT,)), rehearsals)["twice"]
+    left, right = (first.hypothesis((name,)).mean[0] for name in (LEFT, RIGHT))
+    second = {LEFT: left * own, RIGHT: right * 2.0 * own}
+    gaps = []
+    for true, false in ((LEFT, RIGHT), (RIGHT, LEFT)):
+        both = Ledger(
+            together(recording(alike, alike, 0.1 * alike), recording(own, 2.0 * own, second[true]))
+        )
+        one, other = (both.hypothesis((name,)).log_factor for name in (true, false))
+        gaps.append(one - other)
+    assert promised == pytest.approx(np.mean(gaps), rel=1e-6) and promised > 10.0
+
+
+def test_where_no_motion_parts_two_it_is_said_what_would() -> None:
+    assert parting({"rise": 0.5, "press": -2.0}) == []
+    spring, cushion = "force.spring@fl_rotation", "force.cushion@fl_rotation"
+    said = instead_of_a_motion(((spring,), (cushion,)))
+    assert "no motion" in said and by_name("force.spring").alike["force.cushion"] in said
+    assert by_name("force.cushion").telling_motion in said
+    both = "rope.direction@rope_left"
+    assert both not in instead_of_a_motion(((spring, both), (cushion, both)))
 
 
 def test_sets_that_are_close_are_rivals() -> None:
@@ -121,3 +196,24 @@ def test_every_motion_of_the_catalogue_is_one_that_a_standing_robot_can_make() -
         assert scenario.task.kind == motion.task["kind"]
     with pytest.raises(InputError, match="no motion has that name"):
         motion_named("dance")
+
+
+@pytest.mark.parametrize(("other", "written"), [(2.0, True), (1.001, False)])
+def test_a_motion_is_written_only_where_one_parts_the_two(
+    other: float, written: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    alike = course(1)
+    first = recording(alike, alike, 0.1 * alike)
+    rehearsal = recording(alike, other * alike, np.zeros(ROWS))
+    monkeypatch.setattr(diagnose, "_rehearsal", lambda *_: rehearsal)
+    shutil.copy(folder("scenarios") / "stand_clean.yaml", tmp_path / "scenario.yaml")
+    found: Any = SimpleNamespace(
+        balances=first,
+        signs=RobotSigns(()),
+        verdict=SimpleNamespace(hypotheses=(((LEFT,), 0.5), ((RIGHT,), 0.4))),
+    )
+    said: list[str] = []
+    told = diagnose.suggest_motion(found, tmp_path, tmp_path / "next.yaml", said.append)
+    assert told is not None and told["parts"] == [[LEFT], [RIGHT]]
+    assert (tmp_path / "next.yaml").is_file() == written == (told["motion"] is not None)
+    assert written or told["text"] == said[-1]

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 VISIBLE = 6.0
 """An effect is visible in a run where knowing its name raises ln of the evidence by so much."""
+NO_MOTION = "none"
+"""Where none of the catalogue would part two sets, or control makes none of those that would."""
 SETTLED_S = 1.0
 """Errors are scored after the start's transients."""
 
@@ -156,32 +158,37 @@ def visible(ledger: Ledger, case: Drawn) -> list[str]:
 
 def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> dict[str, Any]:
     """Where the two likeliest sets cannot be told apart: the motion that is chosen, and what both
-    recordings together say.
+    recordings together say; what the first one says where no motion is to part them.
     """
     from testbed.diagnosis.robot.diagnose import judged
     from testbed.diagnosis.robot.findings import as_json
     from testbed.diagnosis.robot.hypotheses import Ledger
-    from testbed.diagnosis.robot.motions import motion_named, parted_sets, promises, rivals
+    from testbed.diagnosis.robot.motions import (
+        motion_named,
+        parted_sets,
+        parting,
+        promises,
+        rivals,
+    )
     from testbed.diagnosis.robot.together import together
 
     two, parted = rivals(found.verdict.hypotheses), parted_sets(found)
     if two is None or parted is None:
         return {}
     promised = promises(Ledger(found.balances), parted, rehearsals(asked.recordings))
-    for chosen in sorted(promised, key=promised.__getitem__, reverse=True):
+    motion, balances = NO_MOTION, found.balances
+    for chosen in parting(promised):
         with suppress(InputError):  # steep ground refuses some: then the next best
             again = case.again(motion_named(chosen).overrides())
             second = balances_in(run_of(again, asked.recordings), before)
-            both = together(found.balances, second)
+            motion, balances = chosen, together(found.balances, second)
             break
-    else:
-        return {}
-    said = as_json(judged(found.name, both))
+    said = as_json(judged(found.name, balances))
     return {
         "rivals": [list(names) for names in two],
-        "motion": chosen,
+        "motion": motion,
         "promised": promised,
-        "visible": visible(Ledger(both), case),
+        "visible": visible(Ledger(balances), case),
         "verdict": said["verdict"],
         "names": names_in(said),
         "hypotheses": said["hypotheses"],
@@ -189,16 +196,15 @@ def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> di
 
 
 @cache
-def rehearsals(folder: Path | None) -> dict[str, Ledger]:
+def rehearsals(folder: Path | None) -> dict[str, Balances]:
     """Every motion of the catalogue on the machine as it is believed."""
-    from testbed.diagnosis.robot.hypotheses import Ledger
     from testbed.diagnosis.robot.motions import motions
 
-    def ledger(overrides: list[str]) -> Ledger:
+    def balances(overrides: list[str]) -> Balances:
         scenario = load_scenario(MOTIONS["stand"], overrides, 0, SECONDS)
-        return Ledger(balances_in(run_of(scenario, folder)))
+        return balances_in(run_of(scenario, folder))
 
-    return {motion.name: ledger(motion.overrides()) for motion in motions()}
+    return {motion.name: balances(motion.overrides()) for motion in motions()}
 
 
 def _closed(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, float]:

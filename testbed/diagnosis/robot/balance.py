@@ -20,6 +20,7 @@ from testbed.diagnosis.robot import friction
 from testbed.diagnosis.robot.bins import Bins
 from testbed.diagnosis.robot.held_ropes import HeldRopes
 from testbed.diagnosis.robot.oil import Oil
+from testbed.diagnosis.robot.rope_ways import rope_ways
 from testbed.diagnosis.robot.supply import Supply
 from testbed.effects.signature import RobotSeen
 from testbed.machine.model import Machine
@@ -95,7 +96,7 @@ def balance_of(
     less = _by_cylinder(n, beside or {})
     piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b - less
     rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
-    rope_way = np.einsum("rj,njk->nrk", ropes_in_world, rotation)
+    rope_way = rope_ways(bins, robot, ropes_in_world, rotation)
     hangs = hanging(bins, machine.scale)
     stands = ~np.repeat(hangs, JOINTS_A_LEG, axis=1)  # a foot in the air pushes across no rod
     side, growing = friction.friction_across(bins, robot, stands)

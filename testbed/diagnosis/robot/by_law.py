@@ -112,7 +112,7 @@ def weighed_by_law(ledger: Ledger, tried: Sequence[Hypothesis]) -> list[Hypothes
         told = [one for one in tried if len(one.names) == size]
         found = []
         for k, one in enumerate(told):
-            bent = [n for n in one.names if _bends_force(ledger.balances.candidates[n])]
+            bent = [n for n in one.names if has_whole_law(ledger.balances.candidates[n])]
             price = 0.0
             if bent and k < FITTED:
                 evidence, price = _law_evidence(ledger, one)
@@ -146,9 +146,19 @@ def _are_twins(one: Hypothesis, other: Hypothesis) -> bool:
     return len(own) == len(others) == 1 and places[0] == places[1] and listed(tuple(others))
 
 
-def _bends_force(candidate: Candidate) -> bool:
+def has_whole_law(candidate: Candidate) -> bool:
     """Whether an effect's law bends and is whole: what it makes is forces alone."""
     return bool(candidate.effect.bends) and candidate.effect.seen_in == ("force",)
+
+
+def by_whole_laws(ledger: Ledger, one: Hypothesis) -> float:
+    """Ln of the Bayes factor of a set, by its laws where some of them bend forces alone, and
+    without what their numbers cost: of two that explain as much neither is priced for being the
+    other.
+    """
+    if not any(has_whole_law(ledger.balances.candidates[name]) for name in one.names):
+        return one.log_factor
+    return sum(_law_evidence(ledger, one))
 
 
 def _law_evidence(ledger: Ledger, hypothesis: Hypothesis) -> tuple[float, float]:
@@ -157,7 +167,7 @@ def _law_evidence(ledger: Ledger, hypothesis: Hypothesis) -> tuple[float, float]
     their signatures, as they are beside one that does not bend: a law that says nothing of the oil
     would explain more of a set for that.
     """
-    fit = _Fit(ledger.balances, _linear(ledger.balances, hypothesis), _bends_force)
+    fit = _Fit(ledger.balances, _linear(ledger.balances, hypothesis), has_whole_law)
     evidence, price = fit.evidence()
     return evidence - sum(ledger.price(name) for name in hypothesis.names), price
 
@@ -232,7 +242,7 @@ class _Fit:
         for _ in range(STEPS):
             step, _ = self._step(numbers)
             for halving in range(HALVINGS):
-                tried = self._within(numbers + step * 0.5**halving)
+                tried = within(self.parts, numbers + step * 0.5**halving)
                 found = self._cost(tried)
                 if found < cost:
                     break
@@ -242,14 +252,6 @@ class _Fit:
             if gain < CLOSE:
                 break
         return numbers
-
-    def _within(self, numbers: Array) -> Array:
-        """Numbers within the bounds of their coordinates."""
-        out = numbers.copy()
-        for part in self.parts:
-            for k, c in enumerate(part.coordinates, part.first):
-                out[k] = np.clip(out[k], _fitted_unit(c, c.low), _fitted_unit(c, c.high))
-        return out
 
     def _left(self, numbers: Array) -> list[Array]:
         """What the numbers leave of each group, divided by its noise."""
@@ -315,6 +317,15 @@ def _coordinate(candidate: Candidate, name: str, value: float) -> Coordinate:
     lowest = spec.prior[0] if spec.log else spec.low
     found = spec.coordinate(effect.kind, max(value, lowest), effect.seen_in)
     return found.sized(effect.grows(name, candidate.scale), found.low, found.high)
+
+
+def within(parts: Sequence[Part], numbers: Array) -> Array:
+    """Numbers of a set (k,) within the bounds of their coordinates."""
+    out = numbers.copy()
+    for part in parts:
+        for k, c in enumerate(part.coordinates, part.first):
+            out[k] = np.clip(out[k], _fitted_unit(c, c.low), _fitted_unit(c, c.high))
+    return out
 
 
 def _fitted_unit(c: Coordinate, value: float) -> float:

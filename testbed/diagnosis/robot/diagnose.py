@@ -9,8 +9,9 @@ effect also has to predict the part of the recording that was kept back.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -105,17 +106,36 @@ class RobotDiagnosis:
     """In what the run is unlike all that the probabilities were fitted to, or what nobody measured
     that a finding rests on, in words.
     """
+    added_n2: Array = field(default_factory=lambda: np.zeros(0))
+    """By how much the effects add to the mean square error of the kept-back forces beside what the
+    tolerances of a sound machine leave, second by second.
+    """
 
     @property
     def foretells_forces(self) -> bool:
         """Whether the effects predict the kept-back forces about as well as the tolerances of a
-        sound machine do, or better; or hardly worse beside all that is missing without either. If
-        not, they are reported but not put into the model.
+        sound machine do, or better; or hardly worse beside all that is missing without either; or
+        not surely worse, by how much its seconds differ. If not, they are reported but not put into
+        the model.
         """
         force = self.errors[FORCES]
         added = force["after"] ** 2 - force["refit"] ** 2
         little = added <= (HARDLY_WORSE * force["before"]) ** 2
-        return little or force["after"] <= force["refit"] * ALIKE
+        alike = force["after"] <= force["refit"] * ALIKE
+        return little or alike or not surely_more(self.added_n2)
+
+
+def surely_more(added: Array) -> bool:
+    """Whether numbers (k,) of which each comes from a second of its own are more than nothing in
+    the mean, with 95 %; of too few nobody knows, and they count.
+    """
+    if len(added) < FEWEST_S:
+        return True
+    return float(np.mean(added)) > SURE * float(np.std(added, ddof=1)) / math.sqrt(len(added))
+
+
+FEWEST_S, SURE = 4, 1.645
+"""Fewest seconds that tell a spread, and how many of its deviations are sure with 95 % (E)."""
 
 
 def check_duration(time_s: Array, file: Path) -> float:
@@ -179,6 +199,7 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
         left_out=_left_out(ledger),
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
         beyond="; ".join(_doubts(ledger, verdict.chosen.names)),
+        added_n2=_added_each_second(balances, verdict.chosen),
     )
 
 
@@ -309,6 +330,16 @@ def _errors(balances: Balances, chosen: Hypothesis, key: str) -> dict[str, float
     refit, after = group.unpredicted(_until(group), _scaled(balances, chosen.names))
     before = group.size(group.missing[kept], kept)
     return {"before": before, "refit": refit, "after": after}
+
+
+def _added_each_second(balances: Balances, chosen: Hypothesis) -> Array:
+    """See RobotDiagnosis.added_n2."""
+    group = balances.raw[FORCES]
+    until = _until(group)
+    alone, beside = group.left_unpredicted(until, _scaled(balances, chosen.names))
+    time = group.time_s[group.time_s >= until]
+    second = np.unique((time - time.min()) // 1.0, return_inverse=True)[1]
+    return np.bincount(second, beside**2 - alone**2) / np.bincount(second)
 
 
 def _scaled(balances: Balances, names: Sequence[str]) -> list[Signature]:

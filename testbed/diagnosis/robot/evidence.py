@@ -73,6 +73,12 @@ class RawGroup:
     """Labels (rows,) each: rows of one label have a number in common that nobody can know; what is
     told of the group's errors is without it.
     """
+    factor: Array | None = None
+    """(rows, rows) `root`, where it has been found."""
+
+    def factored(self) -> RawGroup:
+        """The group with its `root` found, for all that only miss something else."""
+        return replace(self, factor=self.root())
 
     def size(self, missing: Array, rows: npt.NDArray[np.bool_]) -> float:
         """RMS of what those of its rows miss, beside what nobody can know."""
@@ -88,7 +94,8 @@ class RawGroup:
         lasts.
         """
         root, kept = np.sqrt(level), 0.0 if self.lasting is None else self.lasting
-        return replace(self, noise=kept + root[:, None] * (self.noise - kept) * root)
+        noise = kept + root[:, None] * (self.noise - kept) * root
+        return replace(self, noise=noise, factor=None)
 
     def knowing(self, sound: RawGroup, recalled: float | None = None) -> RawGroup:
         """The group of a machine of which there is an earlier recording, when it was sound.
@@ -108,6 +115,7 @@ class RawGroup:
             self,
             missing=self.missing - self.tolerated @ (left @ (columns.T @ known.missing)),
             tolerated=self.tolerated @ np.linalg.cholesky(known_to),
+            factor=None,
         )
 
     def whitened(self, candidates: Mapping[str, Signature]) -> Whitened:
@@ -121,12 +129,22 @@ class RawGroup:
 
     def root(self) -> Array:
         """(rows, rows) lower Cholesky factor of its covariance in sound machines."""
+        if self.factor is not None:
+            return self.factor
         whole = self.noise + self.tolerated @ self.tolerated.T
         return np.asarray(np.linalg.cholesky(whole), dtype=np.float64)
 
     def unpredicted(self, until_s: float, signatures: Sequence[Signature]) -> tuple[float, float]:
-        """RMS of what is missing after `until_s`, predicted from what is before by a sound
-        machine's tolerances alone, and with these effects beside them (their numbers free).
+        """RMS of `left_unpredicted` of both."""
+        kept = self.time_s >= until_s
+        alone, beside = (
+            self.size(rest, kept) for rest in self.left_unpredicted(until_s, signatures)
+        )
+        return alone, beside
+
+    def left_unpredicted(self, until_s: float, signatures: Sequence[Signature]) -> list[Array]:
+        """What is missing after `until_s`, predicted from what is before by a sound machine's
+        tolerances alone, and with these effects beside them (their numbers free).
         """
         learnt = self.time_s < until_s
         effects = [c for s in signatures for c in s.values()]
@@ -139,9 +157,8 @@ class RawGroup:
             wide = wide * scale
             inside = self.noise[np.ix_(learnt, learnt)] + wide[learnt] @ wide[learnt].T
             weights = wide[learnt].T @ np.linalg.solve(inside, self.missing[learnt])
-            rest = self.missing[~learnt] - wide[~learnt] @ weights
-            out.append(self.size(rest, ~learnt))
-        return out[0], out[1]
+            out.append(self.missing[~learnt] - wide[~learnt] @ weights)
+        return out
 
 
 RECALLED = 0.2

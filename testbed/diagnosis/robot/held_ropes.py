@@ -5,8 +5,8 @@ No sensor reads the rope paid out, so only those stretches are looked at in whic
 along a straight line over the body's way: a device that pays out as it is asked to keeps the pull.
 A device that pays out too slowly looks like a soft rope for a while, and one that hauls a slack
 rope in like a stiff one, each time by as much as it happens to do. The rope itself is the same in
-all stretches, and held for as long as a change of grip takes: of several stiffnesses in which
-stretches agree the one counts that shows longest.
+all stretches, and held for as long as a change of grip takes: what lasts longer was no clamp, and
+of several stiffnesses in which stretches agree the one counts that shows longest.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.bins import Bins
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.hauling import along_ropes, grip_change_s
+from testbed.machine.groups import Traction
 from testbed.machine.scale import Scale
 from testbed.robot.robot import Robot
 
@@ -28,6 +29,10 @@ LEAST_M, LEAST_N = 8.0e-3, 1000.0
 """A shorter way, or a smaller rise of the pull, is the lag of position loops (E)."""
 STRAIGHT_SHARE, STRAIGHT_N = 0.04, 40.0
 """RMS by which a stretch may leave its straight line: a share of the rise, and noise (E)."""
+EDGES_S = 0.25
+"""A stretch may seem longer than a clamp holds by the bins at its edges: those of 35 sways of sound
+ropes last up to 2.1 s, by 35 ms longer than a change of grip (B).
+"""
 FEWEST = 2
 """So many stretches must show it."""
 SEEMS = 0.95
@@ -80,17 +85,24 @@ def held_ropes(bins: Bins, robot: Robot, ropes_in_world: Array) -> HeldRopes:
         return HeldRopes.none()
     step_s = float(np.median(np.diff(bins.time_s)))
     down_m = -np.cumsum(along_ropes(bins, robot, ropes_in_world), axis=0) * step_s
-    longest_s = grip_change_s(robot.machine.traction)
     found = [
-        (bins.time_s[first], min(count * step_s, longest_s), slope / declared)
+        (bins.time_s[first], count * step_s, slope / declared)
         for way, pull in zip(down_m.T, bins.tension_n.T, strict=True)
         for first, count, slope in _stretches(way, pull, robot.machine.scale)
+        if _is_a_clamp(count * step_s, robot.machine.traction)
     ]
     if not found:
         return HeldRopes.none()
     time, lasts, stiffness = np.array(found).T
     same = _agreeing(stiffness, lasts)
     return HeldRopes(time[same], stiffness[same])
+
+
+def _is_a_clamp(lasts_s: float, traction: Traction) -> bool:
+    """Whether a stretch may be of a rope that is held: no clamp holds it for longer than its device
+    needs to go back; what lasts longer is a device that pays out or hauls in.
+    """
+    return lasts_s < grip_change_s(traction) + EDGES_S
 
 
 def _agreeing(stiffness: Array, lasts_s: Array) -> npt.NDArray[np.bool_]:

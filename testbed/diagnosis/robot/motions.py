@@ -1,37 +1,34 @@
 """The motion that would part two hypotheses: each of a small catalogue is rehearsed on the machine
 as it is believed, and the evidence that it may be expected to bring is what it is chosen by.
 
-Nothing is known of the second recording but what the first one says: were hypothesis A true with
-the numbers it has there, a motion's balances would miss A's columns times them. What A's evidence
-would then be above B's, and B's above A's were B true: the mean of the two is what the motion
-promises.
+Nothing is known of the second recording but what the first one says: see foretold.py. Where none
+of the catalogue promises enough to part the two, no motion is chosen, and what would tell them
+apart is said in words: some pairs no motion on the feet can part, as a spring and a cushion that
+begins beyond the end of its cylinder.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from testbed.diagnosis.robot.diagnose import AMBIGUOUS, RobotDiagnosis
+from testbed.diagnosis.robot.foretold import Foreteller
 from testbed.diagnosis.robot.groups import Balances
-from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
+from testbed.diagnosis.robot.hypotheses import Ledger
 from testbed.diagnosis.robot.probabilities import (
     NO_NAME,
     Names,
     calibration,
     likeliest_nameless,
 )
+from testbed.diagnosis.robot.unexplained import is_unexplained
+from testbed.effects import by_name, kind_of
 from testbed.errors import InputError
 
-if TYPE_CHECKING:
-    from testbed.diagnosis.robot.diagnose import RobotDiagnosis
-
-Array = npt.NDArray[np.float64]
 FILE = Path(__file__).with_name("motions.yaml")
 CLOSE = 0.3
 """Two sets whose probabilities differ by less cannot be told apart."""
@@ -95,42 +92,43 @@ def rivals(hypotheses: tuple[tuple[Names, float], ...]) -> tuple[Names, Names] |
 
 
 def promises(
-    first: Ledger, two: tuple[Names, Names], rehearsals: Mapping[str, Ledger]
+    first: Ledger, two: tuple[Names, Names], rehearsals: Mapping[str, Balances]
 ) -> dict[str, float]:
     """Motion -> how much evidence it may be expected to bring between two sets of effects; `first`:
     of the recording that could not part them, `rehearsals`: of the believed machine's motions.
     """
-    one, other = (first.hypothesis(names) for names in two)
-    numbers = parted(first.balances, one) | parted(first.balances, other)
-
-    def above(rehearsed: Ledger, true: Names, false: Names) -> float:
-        there = rehearsed.were(true, _as_rehearsed(rehearsed.balances, true, numbers))
-        return there.hypothesis(true).log_factor - there.hypothesis(false).log_factor
-
-    ways = ((one.names, other.names), (other.names, one.names))
-    return {
-        name: 0.5 * sum(above(rehearsed, true, false) for true, false in ways)
-        for name, rehearsed in rehearsals.items()
-    }
+    foreteller = Foreteller(first, two)
+    return {name: foreteller.promise(rehearsed) for name, rehearsed in rehearsals.items()}
 
 
-def parted(balances: Balances, hypothesis: Hypothesis) -> dict[str, Array]:
-    """Name -> its numbers in a hypothesis."""
-    out, first = {}, 0
-    for name in hypothesis.names:
-        last = first + len(balances.candidates[name].signature)
-        out[name] = hypothesis.mean[first:last]
-        first = last
-    return out
-
-
-def _as_rehearsed(balances: Balances, names: Names, numbers: Mapping[str, Array]) -> Array:
-    """The numbers of a set, one's after the other's; of a course in time, which is another each
-    time, as many as a rehearsal has.
+def parting(promised: Mapping[str, float]) -> list[str]:
+    """The motions that promise to part the two, the best first: a gap that is smaller leaves two
+    names ambiguous with each other, however it falls out.
     """
-    out = [np.zeros(0)]
-    for name in names:
-        size = len(balances.candidates[name].signature)
-        own = numbers[name][:size]
-        out.append(np.pad(own, (0, size - len(own))))
-    return np.concatenate(out)
+    least = AMBIGUOUS / float(calibration()["share"])
+    enough = [name for name, gap in promised.items() if gap >= least]
+    return sorted(enough, key=promised.__getitem__, reverse=True)
+
+
+def instead_of_a_motion(two: tuple[Names, Names]) -> str:
+    """What would tell two sets apart that no motion of the catalogue parts, in words."""
+    one, other = two
+    first = tuple(name for name in one if name not in other)
+    second = tuple(name for name in other if name not in one)
+    said = list(dict.fromkeys(_what_tells((first, second))))
+    return "; ".join(["no motion of the catalogue parts them", *said])
+
+
+def _what_tells(apart: tuple[Names, Names]) -> Iterator[str]:
+    """What is known of names that are in one of two sets alone: what tells them from each other,
+    and what shows each of them alone.
+    """
+    listed = tuple([n for n in names if not is_unexplained(n)] for names in apart)
+    for own, others in (listed, listed[::-1]):
+        for name in own:
+            alike = by_name(kind_of(name)).alike
+            yield from (alike[kind_of(other)] for other in others if kind_of(other) in alike)
+    for name in (*listed[0], *listed[1]):
+        motion = by_name(kind_of(name)).telling_motion
+        if motion:
+            yield f"{name} by itself: {motion}"

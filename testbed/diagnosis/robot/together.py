@@ -7,7 +7,7 @@ are those of the machine, so they are shared; noise is not, and neither is a cou
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -37,11 +37,35 @@ class Changes(Change):
 def together(first: Balances, second: Balances) -> Balances:
     """The balances that both have; bins and body are those of the first."""
     shared = [name for name in first.candidates if name in second.candidates]
+    if any(first.candidates[name].effect.by_travel for name in shared):
+        first, second = _by_same_travel(first, second)
     candidates = {n: _candidate(first.candidates[n], second.candidates[n]) for n in shared}
     raw = {k: _group(g, second.raw[k]) for k, g in first.raw.items() if k in second.raw}
     signatures = {name: candidate.signature for name, candidate in candidates.items()}
     groups = {key: group.whitened(signatures) for key, group in raw.items()}
     return Balances(first.bins, first.body, raw, groups, candidates, second.body)
+
+
+def _by_same_travel(*both: Balances) -> tuple[Balances, Balances]:
+    """Both with signatures whose numbers mean the same in either: a cushion begins at the same
+    places of the travel of both.
+    """
+    extension = np.vstack([one.body.seen.extension_m for one in both])
+    visited = np.array([extension.min(axis=0), extension.max(axis=0)])
+    first, second = (_visiting(one, visited) for one in both)
+    return first, second
+
+
+def _visiting(balances: Balances, visited_m: Array) -> Balances:
+    """The balances of one of several recordings in which pistons went between these (2, 12)."""
+    body = replace(balances.body, seen=replace(balances.body.seen, visited_m=visited_m))
+    candidates = {
+        name: replace(one, signature=one.effect.signature(body.seen, one.place))
+        if one.effect.by_travel
+        else one
+        for name, one in balances.candidates.items()
+    }
+    return replace(balances, body=body, candidates=candidates)
 
 
 def _candidate(one: Candidate, other: Candidate) -> Candidate:
