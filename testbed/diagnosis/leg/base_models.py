@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.leg.evidence import evidence
 from testbed.diagnosis.leg.fit import Fit, solve
+from testbed.diagnosis.leg.hypotheses import available
 from testbed.diagnosis.leg.points import (
     DECLARED,
     HELD,
@@ -24,6 +25,7 @@ from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series
 from testbed.effects import of_declared
 from testbed.effects.active import Active
+from testbed.effects.base import Effect
 from testbed.effects.terms import Coordinate
 from testbed.errors import InputError
 from testbed.estimation.friction.declared_numbers import MOST
@@ -272,7 +274,10 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
         start = Point(friction, Edges(), problem.believed)
         coordinates = [restarted(coordinate, start) for coordinate in coordinates]
     coordinates += within_tolerance(problem)
-    fit = solve(problem, coordinates, Point(friction, Edges(), problem.believed), iterations=20)
+    usual = usual_of_legs(problem)
+    coordinates += [one for effect in usual for one in _usual_coordinates(effect.effect)]
+    effects = (*problem.believed, *usual)
+    fit = solve(problem, coordinates, Point(friction, Edges(), effects), iterations=20)
     if problem.kind == "vertical-leg":
         fit = _better(problem, fit)
     if fit.at.off:
@@ -303,6 +308,32 @@ def within_tolerance(problem: Problem) -> list[Coordinate]:
             prior = (0.0, width)
             out.append(Coordinate(DECLARED, number, 0.0, low, high, 0.1 * width, prior=prior))
     return out
+
+
+def usual_of_legs(problem: Problem) -> tuple[Active, ...]:
+    """The effects that a sound leg has a little of, none of them there yet: no findings."""
+    if problem.kind != "vertical-leg":
+        return ()
+    found, _ = available(problem)
+    return tuple(
+        Active(effect, effect.complete({effect.required[0]: 0.0}))
+        for effect in found
+        if effect.usual_on_legs
+    )
+
+
+def _usual_coordinates(effect: Effect) -> list[Coordinate]:
+    """How much a sound leg has of an effect, within what is usual."""
+    most = effect.usual_on_legs
+    (first, *_) = effect.coordinates()
+    return [
+        replace(first, start=0.0, low=-USUAL_LEAST * most, high=most, prior=(0.0, USUAL_SD * most))
+    ]
+
+
+USUAL_LEAST, USUAL_SD = 0.2, 0.5
+"""Least size of what a sound leg has of an effect, the other way, and its standard deviation, as
+shares of the largest (E)."""
 
 
 def _held_to_declared(problem: Problem, fit: Fit) -> Fit:
