@@ -261,6 +261,15 @@ class Effect:
         """
         return 0.0
 
+    may_be_another_law: ClassVar[bool] = False
+    """Whether its further shapes can make a law of another kind of it; see `another_law`."""
+
+    def another_law(self, values: Values, observed: Observed) -> str | None:
+        """The law without a name on an axis that its shapes stand for at these values: its kind;
+        None where they are one of its own.
+        """
+        return None
+
     def floor_n(self, values: Values, friction: Friction, encoder_m: float) -> float:
         """What the encoder's rounding (standard deviation, m) does to its force, N."""
         return 0.0
