@@ -99,9 +99,9 @@ class Effect:
     """
     within_a_sample: ClassVar[bool] = False
     """Of a size within one sample of a drive's recorder it is the recorder's, and no finding."""
-    usual_on_legs: ClassVar[float] = 0.0
-    """Up to this size, SI, of its first parameter a sound leg has it, too: its base model has as
-    much of it as the recordings say, and it is no finding. 0: a sound leg has none.
+    usual_on_legs: ClassVar[tuple[float, float] | None] = None
+    """Between which sizes, SI, of its first parameter a sound leg has it, too: its base model has
+    as much of it as the recordings say, and it is no finding. None: a sound leg has none.
     """
     shows_at_speed: ClassVar[bool] = False
     """It moves the force of every motion: one that only slow motion shows is not it."""

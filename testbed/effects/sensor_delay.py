@@ -45,7 +45,7 @@ class Delay(Effect):
     shapes = ("lag_share",)
     needs_sliding = True
     within_a_sample = True
-    usual_on_legs = TRANSDUCER_S
+    usual_on_legs = (-0.2 * TRANSDUCER_S, TRANSDUCER_S)
     shows_at_speed = True
     telling_motion = "fast reversals at several speeds"
     alike = {

@@ -11,6 +11,9 @@ from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Observed, Signals, Values
 
 REFERENCE_PA = 1e7
+TRANSDUCER = 0.004
+"""By such a share the gain of any transducer, times the area of any piston, differs from what is
+declared (E: a quarter of a per cent of the one, a bore to H8 of the other)."""
 RANGE = 1.6
 """A pressure sensor's range over the supply pressure (E)."""
 
@@ -34,6 +37,7 @@ class Gain(Effect):
     rigs = ("vertical-leg", "cylinder")
     seen_in = ("force", "flow")
     shapes = ("bend",)
+    usual_on_legs = (-TRANSDUCER, TRANSDUCER)
     may_be_another_law = True
     alike = {
         "friction.load": "friction changes its sign with the direction of motion",

@@ -324,16 +324,14 @@ def usual_of_legs(problem: Problem) -> tuple[Active, ...]:
 
 def _usual_coordinates(effect: Effect) -> list[Coordinate]:
     """How much a sound leg has of an effect, within what is usual."""
-    most = effect.usual_on_legs
+    assert effect.usual_on_legs is not None
+    low, high = effect.usual_on_legs
     (first, *_) = effect.coordinates()
-    return [
-        replace(first, start=0.0, low=-USUAL_LEAST * most, high=most, prior=(0.0, USUAL_SD * most))
-    ]
+    return [replace(first, start=0.0, low=low, high=high, prior=(0.0, USUAL_SD * high))]
 
 
-USUAL_LEAST, USUAL_SD = 0.2, 0.5
-"""Least size of what a sound leg has of an effect, the other way, and its standard deviation, as
-shares of the largest (E)."""
+USUAL_SD = 0.5
+"""Standard deviation of what a sound leg has of an effect, as a share of the largest (E)."""
 
 
 def _held_to_declared(problem: Problem, fit: Fit) -> Fit:
