@@ -157,6 +157,21 @@ SEEN_OF_SUPPLY = Coordinate(
 of the edges, too."""
 
 
+SET, MOST_SET = 0.01, 0.05
+"""Share of the declared supply pressure by which a valve is set beside it, or its sensor reads
+beside the truth: standard deviation, and bound (E). It is there without any flow."""
+
+
+def _set_supply(problem: Problem) -> Coordinate:
+    """By how much the supply is beside what is declared, whatever is drawn from it."""
+    declared_pa = problem.base.known.supply_pressure_nominal_pa or 0.0
+    most, usual = MOST_SET * declared_pa, SET * declared_pa
+    moves, prior = MOVED_BY_EDGES[1:], (0.0, usual)
+    return Coordinate(
+        NUISANCE, "supply_off_pa", 0.0, -most, most, 0.1 * usual, moves=moves, prior=prior
+    )
+
+
 def _clocked(problem: Problem) -> Coordinate:
     """By how much later the command acts than the rows say: each recorder has its own order."""
     sample_s = 1.0 / min(one.full_rate_hz for one in problem.series)
@@ -264,7 +279,7 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     if problem.with_flow:
         coordinates += [*METERING, _clocked(problem)]
         if "supply" in problem.channels():
-            coordinates.append(SEEN_OF_SUPPLY)
+            coordinates += [SEEN_OF_SUPPLY, _set_supply(problem)]
     if problem.kind in ("cylinder", "drive"):
         coordinates.append(zero_force(scale))
     if problem.kind == "drive":
