@@ -84,7 +84,7 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     verdict = verdict_of(state, weights)
     if verdict.kind != "unnamed" and _leaves_a_line(state, verdict.chosen):
         verdict = verdict_of(state, without_a_name(weights, frozenset(weights), RIPPLED))
-    elif others := other_laws(state, verdict.chosen):
+    elif verdict.kind == "effect" and (others := other_laws(state, verdict.chosen)):
         held = frozenset(names for names in weights if others & set(names))
         verdict = verdict_of(state, without_a_name(weights, held, BENT))
     if verdict.kind != "effect":
