@@ -130,6 +130,7 @@ def jacobian(
     exact = {
         **(_exact_friction(problem, coordinates, theta, fixed) if "force" in at_zero else {}),
         **(_exact_edges(problem, coordinates, theta, fixed) if "flow" in at_zero else {}),
+        **(_exact_supply(problem, coordinates) if "supply" in at_zero else {}),
     }
     for index, coordinate in enumerate(coordinates):
         if index in exact:
@@ -188,6 +189,18 @@ def _exact_edges(
     if found is None:
         return {}
     return {index: ("flow", found[name]) for index, name in wanted.items()}
+
+
+def _exact_supply(
+    problem: Problem, coordinates: Sequence[Coordinate]
+) -> dict[int, tuple[str, Array]]:
+    """The same for what the supply is set beside its nominal pressure."""
+    counted = np.where(problem.layout["supply"].count > 0, -1.0, 0.0)
+    return {
+        index: ("supply", counted)
+        for index, coordinate in enumerate(coordinates)
+        if coordinate.owner == NUISANCE and coordinate.name == "supply_off_pa"
+    }
 
 
 def solve(
