@@ -195,12 +195,9 @@ def _exact_supply(
     problem: Problem, coordinates: Sequence[Coordinate]
 ) -> dict[int, tuple[str, Array]]:
     """The same for what the supply is set beside its nominal pressure."""
-    counted = np.where(problem.layout["supply"].count > 0, -1.0, 0.0)
-    return {
-        index: ("supply", counted)
-        for index, coordinate in enumerate(coordinates)
-        if coordinate.owner == NUISANCE and coordinate.name == "supply_off_pa"
-    }
+    column = np.where(problem.layout["supply"].count > 0, -1.0, 0.0)
+    places = [place for place, one in enumerate(coordinates) if one.name == "supply_off_pa"]
+    return {place: ("supply", column) for place in places}
 
 
 def solve(
