@@ -307,8 +307,8 @@ def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extr
     """Fall of the cost, against the fit `at`, that one Gauss-Newton step promises after `extra`
     more coordinates.
 
-    The Jacobian of the shared coordinates is the fit's own; only the new columns are computed. What
-    the fit has of the owner of the new ones is left out.
+    The Jacobian of the shared coordinates is the fit's own; only the new columns are computed, of
+    an owner of which nothing is shared.
     """
     channels = tuple(at.residual)
     theta = start_vector(coordinates)
@@ -317,8 +317,7 @@ def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extr
         problem, coordinates[-extra:], theta[-extra:], _started(coordinates, theta, at), r
     )
     unit = np.array([coordinate.scale for coordinate in coordinates])
-    shared = {(one.owner, one.name) for one in coordinates[:-extra]}
-    kept = [i for i, one in enumerate(at.coordinates) if (one.owner, one.name) in shared]
+    kept = [i for i, one in enumerate(at.coordinates) if one.owner != coordinates[-1].owner]
     jac = {c: np.hstack([at.jacobian[c][:, kept], new[c]]) for c in channels}
     w = weights(problem, r, at.scale)
     h, g = normal(jac, r, w, unit)
