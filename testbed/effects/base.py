@@ -99,6 +99,10 @@ class Effect:
     """
     within_a_sample: ClassVar[bool] = False
     """Of a size within one sample of a drive's recorder it is the recorder's, and no finding."""
+    usual_on_legs: ClassVar[tuple[float, float] | None] = None
+    """Between which sizes, SI, of its first parameter a sound leg has it, too: its base model has
+    as much of it as the recordings say, and it is no finding. None: a sound leg has none.
+    """
     shows_at_speed: ClassVar[bool] = False
     """It moves the force of every motion: one that only slow motion shows is not it."""
     telling_motion: ClassVar[str] = ""
@@ -258,6 +262,15 @@ class Effect:
         log-likelihood.
         """
         return 0.0
+
+    may_be_another_law: ClassVar[bool] = False
+    """Whether its further shapes can make a law of another kind of it; see `another_law`."""
+
+    def another_law(self, values: Values, observed: Observed) -> str | None:
+        """The law without a name on an axis that its shapes stand for at these values: its kind;
+        None where they are one of its own.
+        """
+        return None
 
     def floor_n(self, values: Values, friction: Friction, encoder_m: float) -> float:
         """What the encoder's rounding (standard deviation, m) does to its force, N."""

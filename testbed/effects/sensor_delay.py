@@ -11,6 +11,10 @@ from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Observed, Signals, Values
 from testbed.formats.arrays import Array
 
+TRANSDUCER_S = 1.5e-3
+"""By so much a pressure may come late through any transducer, its amplifier and the filter before
+its converter (E: a second-order filter of 150 Hz)."""
+
 
 def _earlier(values: Array | None, time: Array, delay: float) -> Array | None:
     if values is None:
@@ -41,6 +45,7 @@ class Delay(Effect):
     shapes = ("lag_share",)
     needs_sliding = True
     within_a_sample = True
+    usual_on_legs = (-0.2 * TRANSDUCER_S, TRANSDUCER_S)
     shows_at_speed = True
     telling_motion = "fast reversals at several speeds"
     alike = {

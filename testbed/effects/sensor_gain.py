@@ -6,10 +6,16 @@ from typing import Any, ClassVar
 
 from testbed.effects.base import Effect
 from testbed.effects.parameter_spec import ParameterSpec
+from testbed.effects.sensor_linearity import Linearity
 from testbed.effects.signature import RobotSeen, Signature
-from testbed.effects.terms import Signals, Values
+from testbed.effects.terms import Observed, Signals, Values
 
 REFERENCE_PA = 1e7
+TRANSDUCER = 0.004
+"""By such a share the gain of any transducer, times the area of any piston, differs from what is
+declared (E: a quarter of a per cent of the one, a bore to H8 of the other)."""
+RANGE = 1.6
+"""A pressure sensor's range over the supply pressure (E)."""
 
 
 def true_pa(measured: Any, gain_error: float, bend: float = 0.0) -> Any:
@@ -31,6 +37,8 @@ class Gain(Effect):
     rigs = ("vertical-leg", "cylinder")
     seen_in = ("force", "flow")
     shapes = ("bend",)
+    usual_on_legs = (-TRANSDUCER, TRANSDUCER)
+    may_be_another_law = True
     alike = {
         "friction.load": "friction changes its sign with the direction of motion",
         "friction.pressure": "friction changes its sign with the direction of motion",
@@ -45,6 +53,17 @@ class Gain(Effect):
         if measured is None:
             return signals
         return signals.with_(**{name: true_pa(measured, values["gain_error"], values["bend"])})
+
+    def another_law(self, values: Values, observed: Observed) -> str | None:
+        """A bow, where the error is gone at a pressure that the sensor still reads: it is true at
+        both ends of its range, or nearly so, and its gain is not off.
+        """
+        supply_pa = observed.known.supply_pressure_nominal_pa
+        if not supply_pa or not values["gain_error"]:
+            return None
+        top = RANGE * supply_pa / REFERENCE_PA
+        left = 1.0 + values["bend"] * top / values["gain_error"]
+        return Linearity.kind if left < 0.0 else None
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Too much force by the share of pA A_A, or too little by that of pB A_B."""

@@ -42,6 +42,11 @@ TIMES_S = (0.05, 0.3, 1.0)
 """With which the supply of a whole robot is tried to follow its flow."""
 
 
+SOUND_SHARE, SOUND_COST = 0.01, 1.0e3
+"""Of the supply pressure by so much any regulated pump gives way at the valve's rated flow (E), and
+what a droop costs that gives way by next to nothing."""
+
+
 class Droop(Effect):
     """A supply that gives way under flow."""
 
@@ -74,6 +79,17 @@ class Droop(Effect):
     def places_on_robot(self) -> tuple[str, ...]:
         """All cylinders feel the one unit alike."""
         return self.places[:1]
+
+    def price(self, values: Values, observed: Observed) -> float:
+        """A pump gives way by itself, and on a leg that is no finding: what a droop costs below
+        SOUND_SHARE.
+        """
+        known = observed.known
+        if observed.kind != "vertical-leg" or not known.supply_pressure_nominal_pa:
+            return 0.0
+        lost_pa = values["droop"] * (known.valve_rated_flow_m3_s or 0.0)
+        share = lost_pa / known.supply_pressure_nominal_pa
+        return SOUND_COST * max(1.0 - share / SOUND_SHARE, 0.0)
 
     def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
         """The supply pressure follows the drawn flow."""

@@ -11,13 +11,12 @@ import pytest
 from testbed.benchmarks.reference_leg.rigs import make_rig
 from testbed.diagnosis.leg.at_speed import share_at_speed
 from testbed.diagnosis.leg.base_models import declared, fit_base
-from testbed.diagnosis.leg.fit import Fit, solve
-from testbed.diagnosis.leg.points import restarted
+from testbed.diagnosis.leg.fit import Fit
+from testbed.diagnosis.leg.hypotheses import fit_with
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.proof import Trial
 from testbed.diagnosis.leg.series import series_of
 from testbed.effects import by_name
-from testbed.effects.active import Active
 from testbed.estimation.friction.identification import identify_rig
 from testbed.estimation.leg.motion import motion
 from testbed.recording.axis import Recording, Rig
@@ -56,11 +55,7 @@ def with_delay(read: Read) -> tuple[Problem, Fit]:
     base = declared(rig, identify_rig(rig).model)
     problem = Problem(series_of(rig.identify, base.known), base, False)
     fit, _ = fit_base(problem)
-    active = Active(DELAY, DELAY.complete({"delay": 1e-3}))
-    at = replace(fit.at, effects=(active,))
-    delay = [one for one in DELAY.coordinates() if one.name == "delay"]
-    coordinates = [restarted(one, at) for one in (*fit.coordinates, *delay)]
-    return problem, solve(problem, coordinates, at)
+    return problem, fit_with(problem, fit, DELAY)
 
 
 def test_of_a_late_sensor_all_is_left_at_speed() -> None:

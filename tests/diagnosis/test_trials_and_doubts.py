@@ -27,6 +27,8 @@ class Leg:
     refused: frozenset[str] = frozenset()
     lines: frozenset[Names] = frozenset()
     """Sets that leave a line along the stroke."""
+    other_laws: frozenset[str] = frozenset()
+    """Names whose shapes stand for a law without a name."""
     dear_alone: frozenset[str] = frozenset()
     """Names that look dear without any other."""
     beyond: float = 0.0
@@ -81,6 +83,7 @@ def decided(monkeypatch: pytest.MonkeyPatch) -> Any:
             "worse_than": lambda *_: False,
             "at_bounds": lambda fit: fit,
             "_leaves_a_line": lambda state, chosen: chosen.names in leg.lines,
+            "other_laws": lambda state, chosen: leg.other_laws & set(chosen.names),
             "_with_alike": lambda state, found: found.ambiguous,
         }.items():
             monkeypatch.setattr(verdict, name, fake)
@@ -171,4 +174,19 @@ def test_a_line_along_the_stroke_that_is_left_speaks_for_what_no_name_covers(dec
     found = decided(Leg(weights, lines=frozenset({("right",)})))
     assert found.kind == "unnamed"
     expected = {("right",): 0.14, (): 0.04, ("unnamed",): 0.82}
+    assert dict(found.hypotheses) == pytest.approx(expected)
+
+
+def test_a_name_whose_shapes_stand_for_another_law_gives_four_fifths_away(decided: Any) -> None:
+    """In every set that holds it, and in no other."""
+    weights = {("bow",): 0.7, ("bow", "other"): 0.1, ("other",): 0.1, (): 0.05, ("unnamed",): 0.05}
+    found = decided(Leg(weights, other_laws=frozenset(("bow",))))
+    assert found.kind == "unnamed"
+    expected = {
+        ("bow",): 0.14,
+        ("bow", "other"): 0.02,
+        ("other",): 0.1,
+        (): 0.05,
+        ("unnamed",): 0.69,
+    }
     assert dict(found.hypotheses) == pytest.approx(expected)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.leg.evidence import evidence
 from testbed.diagnosis.leg.fit import Fit, solve
+from testbed.diagnosis.leg.hypotheses import available
 from testbed.diagnosis.leg.points import (
     DECLARED,
     HELD,
@@ -24,6 +25,7 @@ from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series
 from testbed.effects import of_declared
 from testbed.effects.active import Active
+from testbed.effects.base import Effect
 from testbed.effects.terms import Coordinate
 from testbed.errors import InputError
 from testbed.estimation.friction.declared_numbers import MOST
@@ -155,6 +157,21 @@ SEEN_OF_SUPPLY = Coordinate(
 of the edges, too."""
 
 
+SET, MOST_SET = 0.01, 0.05
+"""Share of the declared supply pressure by which a valve is set beside it, or its sensor reads
+beside the truth: standard deviation, and bound (E). It is there without any flow."""
+
+
+def _set_supply(problem: Problem) -> Coordinate:
+    """By how much the supply is beside what is declared, whatever is drawn from it."""
+    declared_pa = problem.base.known.supply_pressure_nominal_pa or 0.0
+    most, usual = MOST_SET * declared_pa, SET * declared_pa
+    moves, prior = MOVED_BY_EDGES[1:], (0.0, usual)
+    return Coordinate(
+        NUISANCE, "supply_off_pa", 0.0, -most, most, 0.1 * usual, moves=moves, prior=prior
+    )
+
+
 def _clocked(problem: Problem) -> Coordinate:
     """By how much later the command acts than the rows say: each recorder has its own order."""
     sample_s = 1.0 / min(one.full_rate_hz for one in problem.series)
@@ -262,7 +279,7 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     if problem.with_flow:
         coordinates += [*METERING, _clocked(problem)]
         if "supply" in problem.channels():
-            coordinates.append(SEEN_OF_SUPPLY)
+            coordinates += [SEEN_OF_SUPPLY, _set_supply(problem)]
     if problem.kind in ("cylinder", "drive"):
         coordinates.append(zero_force(scale))
     if problem.kind == "drive":
@@ -272,7 +289,10 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
         start = Point(friction, Edges(), problem.believed)
         coordinates = [restarted(coordinate, start) for coordinate in coordinates]
     coordinates += within_tolerance(problem)
-    fit = solve(problem, coordinates, Point(friction, Edges(), problem.believed), iterations=20)
+    usual = usual_of_legs(problem)
+    coordinates += [one for effect in usual for one in _usual_coordinates(effect.effect)]
+    effects = (*problem.believed, *usual)
+    fit = solve(problem, coordinates, Point(friction, Edges(), effects), iterations=20)
     if problem.kind == "vertical-leg":
         fit = _better(problem, fit)
     if fit.at.off:
@@ -303,6 +323,30 @@ def within_tolerance(problem: Problem) -> list[Coordinate]:
             prior = (0.0, width)
             out.append(Coordinate(DECLARED, number, 0.0, low, high, 0.1 * width, prior=prior))
     return out
+
+
+def usual_of_legs(problem: Problem) -> tuple[Active, ...]:
+    """The effects that a sound leg has a little of, none of them there yet: no findings."""
+    if problem.kind != "vertical-leg":
+        return ()
+    found, _ = available(problem)
+    return tuple(
+        Active(effect, effect.complete({effect.required[0]: 0.0}))
+        for effect in found
+        if effect.usual_on_legs
+    )
+
+
+def _usual_coordinates(effect: Effect) -> list[Coordinate]:
+    """How much a sound leg has of an effect, within what is usual."""
+    assert effect.usual_on_legs is not None
+    low, high = effect.usual_on_legs
+    (first, *_) = effect.coordinates()
+    return [replace(first, start=0.0, low=low, high=high, prior=(0.0, USUAL_SD * high))]
+
+
+USUAL_SD = 0.5
+"""Standard deviation of what a sound leg has of an effect, as a share of the largest (E)."""
 
 
 def _held_to_declared(problem: Problem, fit: Fit) -> Fit:

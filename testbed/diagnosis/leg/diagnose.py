@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from testbed.diagnosis.leg.amplitude import with_amplitudes
@@ -22,6 +22,7 @@ from testbed.diagnosis.leg.unexplained import Unexplained, unexplained
 from testbed.diagnosis.leg.verdict import Verdict, decide, decide_on_bench
 from testbed.diagnosis.leg.verification import errors
 from testbed.effects import build, check_channels
+from testbed.effects.unnamed import UNNAMED
 from testbed.errors import InputError
 from testbed.estimation.friction.identification import identify_rig
 from testbed.recording.axis import Rig
@@ -124,7 +125,7 @@ def _after(
     if judged.verdict.kind == "effect":
         by_blocks = block_covariance(problem, chosen.fit)
         entries = entries_of(chosen.fit, memory_of(chosen.evidence), by_blocks)
-        entries = with_amplitudes(problem, entries, chosen.fit.at)
+        entries = _of_model(problem, with_amplitudes(problem, entries, chosen.fit.at), chosen.names)
         return chosen.fit.model(problem.base).model_copy(update={"effects": entries}), entries
     if judged.proof is not None and not problem.believed:
         if judged.verdict.kind == "none":
@@ -133,8 +134,18 @@ def _after(
     generic = correction(problem, state.refit.fit) if judged.verdict.kind == "unnamed" else None
     if generic is None:
         return models["refit"], ()
-    entries = entries_of(generic, 1.0)
+    entries = _of_model(problem, entries_of(generic, 1.0), (UNNAMED.name,))
     return generic.model(problem.base).model_copy(update={"effects": entries}), ()
+
+
+def _of_model(
+    problem: Problem, entries: tuple[EffectEntry, ...], names: Collection[str]
+) -> tuple[EffectEntry, ...]:
+    """The effects that a model is given: those that are believed and those of some names, and not
+    what every sound leg has a little of.
+    """
+    told = {*names, *(active.effect.name for active in problem.believed)}
+    return tuple(entry for entry in entries if entry.name in told)
 
 
 NEAR_FLOOR = 5.0

@@ -130,6 +130,7 @@ def jacobian(
     exact = {
         **(_exact_friction(problem, coordinates, theta, fixed) if "force" in at_zero else {}),
         **(_exact_edges(problem, coordinates, theta, fixed) if "flow" in at_zero else {}),
+        **(_exact_supply(problem, coordinates) if "supply" in at_zero else {}),
     }
     for index, coordinate in enumerate(coordinates):
         if index in exact:
@@ -188,6 +189,15 @@ def _exact_edges(
     if found is None:
         return {}
     return {index: ("flow", found[name]) for index, name in wanted.items()}
+
+
+def _exact_supply(
+    problem: Problem, coordinates: Sequence[Coordinate]
+) -> dict[int, tuple[str, Array]]:
+    """The same for what the supply is set beside its nominal pressure."""
+    column = np.where(problem.layout["supply"].count > 0, -1.0, 0.0)
+    places = [place for place, one in enumerate(coordinates) if one.name == "supply_off_pa"]
+    return {place: ("supply", column) for place in places}
 
 
 def solve(
@@ -297,7 +307,8 @@ def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extr
     """Fall of the cost, against the fit `at`, that one Gauss-Newton step promises after `extra`
     more coordinates.
 
-    The Jacobian of the shared coordinates is the fit's own; only the new columns are computed.
+    The Jacobian of the shared coordinates is the fit's own; only the new columns are computed, of
+    an owner of which nothing is shared.
     """
     channels = tuple(at.residual)
     theta = start_vector(coordinates)
@@ -306,7 +317,8 @@ def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extr
         problem, coordinates[-extra:], theta[-extra:], _started(coordinates, theta, at), r
     )
     unit = np.array([coordinate.scale for coordinate in coordinates])
-    jac = {channel: np.hstack([at.jacobian[channel], new[channel]]) for channel in channels}
+    kept = [i for i, one in enumerate(at.coordinates) if one.owner != coordinates[-1].owner]
+    jac = {c: np.hstack([at.jacobian[c][:, kept], new[c]]) for c in channels}
     w = weights(problem, r, at.scale)
     h, g = normal(jac, r, w, unit)
     prior_h, prior_g = prior(coordinates, theta, unit)

@@ -142,7 +142,8 @@ def promise(problem: Problem, before: Fit, effect: Effect) -> float:
 
 def _promised(problem: Problem, before: Fit, effect: Effect, start: Values) -> float:
     extra = narrowed(problem, effect, start)
-    both = [*(restarted(coordinate, before.at) for coordinate in before.coordinates), *extra]
+    others = [coordinate for coordinate in before.coordinates if coordinate.owner != effect.name]
+    both = [*(restarted(other, before.at) for other in others), *extra]
     return step_gain(problem, before, both, len(extra))
 
 

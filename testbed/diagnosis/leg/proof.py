@@ -339,6 +339,8 @@ def _excludes_zero(state: Search, fit: Fit, entry: EffectEntry, memory: float) -
     if effect.within_a_sample and state.problem.kind == "drive":
         sample_s = 1.0 / min(one.full_rate_hz for one in state.problem.series)
         return low > sample_s or high < -sample_s
+    if effect.usual_on_legs is not None and state.problem.kind == "vertical-leg":
+        return low > effect.usual_on_legs[1] or high < effect.usual_on_legs[0]
     if low > 0.0 or high < 0.0:
         return True
     worth = worth_interval(fit, effect, memory, block_covariance(state.problem, fit))

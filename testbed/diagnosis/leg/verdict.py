@@ -12,13 +12,14 @@ name on trial (`proof`); so has a leg of the robot (`diagnosis.robot.probabiliti
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
 
 from testbed.diagnosis.leg import bench_probabilities as bench
 from testbed.diagnosis.leg.alike import alike
 from testbed.diagnosis.leg.costs import dearest
 from testbed.diagnosis.leg.entries import at_bounds
+from testbed.diagnosis.leg.other_laws import BENT, other_laws, other_laws_within
 from testbed.diagnosis.leg.probabilities import (
     beyond_none,
     calibration,
@@ -69,7 +70,8 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     law without a name. Where names helped and failed, no name has to stand on what it leaves.
     Names that passed beside each other are not tried again without one that is doubted: what it
     explains would look like their cost. A line along the stroke that is left by
-    what is believed then speaks for what no name covers.
+    what is believed then speaks for what no name covers, and so do shapes of a name that make
+    another law of it.
     """
     won, searched = wins(state, recordings_too=False), dict(state.tried)  # trials fit others too
     told = signs(state, found)
@@ -81,7 +83,10 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
         weights = _tried(state, weights, won, identified, passed)
     verdict = verdict_of(state, weights)
     if verdict.kind != "unnamed" and _leaves_a_line(state, verdict.chosen):
-        verdict = verdict_of(state, rippled(weights))
+        verdict = verdict_of(state, without_a_name(weights, frozenset(weights), RIPPLED))
+    elif verdict.kind == "effect" and (others := other_laws(state, verdict.chosen)):
+        held = frozenset(names for names in weights if others & set(names))
+        verdict = verdict_of(state, without_a_name(weights, held, BENT))
     if verdict.kind != "effect":
         return verdict
     return replace(verdict, ambiguous=_with_alike(state, verdict))
@@ -204,18 +209,21 @@ def _leaves_a_line(state: Search, chosen: Candidate) -> bool:
     return line is not None and line.is_shared
 
 
-def rippled(weights: Mapping[tuple[str, ...], float]) -> dict[tuple[str, ...], float]:
-    """The weights with all but a fifth of each set's given to what no name covers."""
-    out = {names: (1.0 - RIPPLED) * weight for names, weight in weights.items()}
-    out[("unnamed",)] = weights.get(("unnamed",), 0.0) + sum(
-        RIPPLED * weight for names, weight in weights.items() if names != ("unnamed",)
-    )
+def without_a_name(
+    weights: Mapping[tuple[str, ...], float], sets: Set[tuple[str, ...]], share: float
+) -> dict[tuple[str, ...], float]:
+    """The weights with a share of those of some sets given to what no name covers."""
+    given = {names: share for names in sets if names != ("unnamed",)}
+    out = {names: (1.0 - given.get(names, 0.0)) * weight for names, weight in weights.items()}
+    moved = sum(part * weights[names] for names, part in given.items())
+    out[("unnamed",)] = weights.get(("unnamed",), 0.0) + moved
     return out
 
 
 def _with_alike(state: Search, verdict: Verdict) -> dict[str, tuple[str, ...]]:
-    """Rivals near in gain, whatever does the same along these motions, and of a name whose numbers
-    end at their bounds all that it is known to be taken for.
+    """Rivals near in gain, whatever does the same along these motions, another law that its shapes
+    may stand for, and of a name whose numbers end at their bounds all that it is known to be taken
+    for.
     """
     return {
         name: tuple(
@@ -223,6 +231,7 @@ def _with_alike(state: Search, verdict: Verdict) -> dict[str, tuple[str, ...]]:
                 (
                     *rivals,
                     *alike(state, verdict.chosen, name),
+                    *other_laws_within(state, verdict.chosen, name),
                     *(_known_rivals(state, name) if name in verdict.at_bounds else ()),
                 )
             )

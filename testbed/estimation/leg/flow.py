@@ -58,6 +58,8 @@ class Edges:
     travel."""
     lap_in: float = 0.0
     """The same on the way that feeds B."""
+    supply_off_pa: float = 0.0
+    """By how much the supply is set, or its sensor reads, beside what is declared, Pa."""
     supply_share: float = 0.0
     """Share of what the measured supply pressure differs by from the believed one that they see."""
 
@@ -179,7 +181,8 @@ def flow_balance(
         flow_a = flow_a - hose_flow_m3_s(
             pressure_a, terms.hose_capacity_m3_pa, terms.hose_time_s, period
         )
-    return FlowBalance(flow_a, flow_b, None if measured is None else measured - supply)
+    left = None if measured is None else measured - supply - edges.supply_off_pa
+    return FlowBalance(flow_a, flow_b, left)
 
 
 def edge_slopes(
