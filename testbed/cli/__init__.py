@@ -71,6 +71,7 @@ LAB: dict[str, Callable[..., None]] = {
     "expected-loads": lab.expected_loads,
     "quiet-stand": lab.quiet_stand,
     "stand-friction": lab.stand_friction,
+    "wrong-beliefs": lab.wrong_beliefs,
     "paper-sensitivity": lab.paper_sensitivity,
     "robot-diagnosis": lab.robot_diagnosis,
     "robot-close": lab.robot_close,

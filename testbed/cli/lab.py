@@ -109,6 +109,23 @@ def stand_friction(
 
 
 @spread
+def wrong_beliefs(
+    work: Work,
+    machines: Annotated[int, typer.Option(help="Machines drawn.")] = 4,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first one.")] = 2000,
+    recordings: Annotated[
+        Path | None, typer.Option(help="Folder where simulated runs are kept and taken from.")
+    ] = None,
+) -> None:
+    """Say how far the foot forces err, and whether their intervals hold, where something is far
+    from what is believed: a weight on board, the ropes' directions, a pressure sensor.
+    """
+    from testbed.benchmarks.machines.wrong_beliefs import WrongBeliefs
+
+    work.show(WrongBeliefs(machines, first_seed, recordings))
+
+
+@spread
 def paper_sensitivity(work: Work) -> None:
     """Say which number of the inferred circuit each of the paper's figures fixes, and which it
     leaves open.

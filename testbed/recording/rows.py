@@ -88,6 +88,11 @@ class KnownRow(Record):
         "how much less the body's balance is trusted than believed: more than 1 where pressures "
         "contradict weight, ropes or drill",
     )
+    own_surprise = quantity(
+        "1",
+        "how much further from its belief the machine seems than was told, by the square: 1 as "
+        "told; intervals are wider by the root",
+    )
     contact = quantity("1", "contact state by the detector: 1 loaded, 0 contact lost", per=LEGS)
     expected = quantity(
         "N", "foot load along the vertical joint's axis that the model expects", per=LEGS

@@ -23,6 +23,9 @@ LEAST_SLIP_M = 1e-3
 """Slips below it are not told."""
 DOUBT_MEANS = "pressures contradict weight, ropes or drill as believed"
 
+SURPRISING = 3.0
+"""Of sound drawn machines hardly any is told a `surprise` of this."""
+
 
 def print_json(value: object) -> None:
     """One JSON value on standard output."""
@@ -138,6 +141,9 @@ def summary_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     doubted_s = summary.get("balance_doubted_s", 0.0)
     if doubted_s > 0.0:
         yield "the body's balance", f"doubted for {doubted_s:.1f} s ({DOUBT_MEANS})"
+    surprise = summary.get("surprise", 1.0)
+    if surprise >= SURPRISING:
+        yield "the machine", f"seems {surprise**0.5:.1f} times as far from its belief as was told"
     named = (summary.get("residuals") or {}).get("stands_out")
     if named:
         way = "short of" if named["error_n"] > 0 else "above"

@@ -89,6 +89,14 @@ def balance_doubted_s(data: Columns) -> float:
     return float(np.mean(doubt >= DOUBTED) * (data["t"][-1] - data["t"][0]))
 
 
+def surprise(data: Columns) -> float:
+    """How much further from its belief the machine seemed at the end than was told, by the square;
+    1: as told, or nothing said so.
+    """
+    level = data.get("own_surprise")
+    return 1.0 if level is None or not len(level) else float(level[-1])
+
+
 @dataclass(frozen=True)
 class Loss:
     """A foot without load. `meant`: the control had lifted it. `delay_s`: until the detector said
@@ -282,6 +290,7 @@ def run_metrics(data: Columns, truth: Columns, slope_deg: float, rule: LossRule)
         "force_rms_by_leg_n": force_rms_by_leg_n(data, truth),
         "expected_rms_n": expected_rms_n(data, truth),
         "balance_doubted_s": balance_doubted_s(data),
+        "surprise": surprise(data),
         "residuals": residual_summary(data, methods(data), rule.nominal_load_n),
         "contact_loss_events": [loss.as_dict() for loss in losses],
         "contact_losses_not_meant": sum(not loss.meant for loss in losses),

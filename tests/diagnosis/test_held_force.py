@@ -70,10 +70,11 @@ def test_only_a_drive_is_commanded() -> None:
     [
         ("drive", (-1.5e-3, -0.5e-3), False),
         ("drive", (3e-3, 5e-3), True),
-        ("vertical-leg", (0.5e-3, 1.5e-3), True),
+        ("vertical-leg", (0.5e-3, 1.4e-3), False),
+        ("vertical-leg", (2.0e-3, 3.0e-3), True),
     ],
 )
-def test_a_drive_s_delay_is_told_beyond_one_sample(
+def test_a_delay_is_told_beyond_a_drive_s_sample_and_what_a_leg_s_transducers_take(
     rig: str, interval_s: tuple[float, float], told: bool
 ) -> None:
     state: Any = SimpleNamespace(

@@ -86,13 +86,13 @@ def test_the_further_the_balance_is_doubted_the_less_cost_is_accepted(
     assert (after > before) == grows and doubt.NONE <= after <= doubt.MOST
 
 
-def test_a_balance_may_cost_more_while_any_piston_moves() -> None:
+def test_a_balance_may_cost_more_once_a_vertical_piston_has_slid() -> None:
     belief, axes = BodyBelief.zeros(), AxisState.zeros(len(AXES))
     belief["doubt_cost"] = 10.0
-    axes["rested"] = doubt.REST_S
+    axes["has_slid"][VERTICAL[0] - 1] = 1.0
     assert doubt.believable_cost(axes, belief[0]) == 10.0
-    axes["rested"][4] = 0.5 * doubt.REST_S
-    assert doubt.believable_cost(axes, belief[0]) == 10.0 * doubt.MOVING
+    axes["has_slid"][VERTICAL[2]] = 1.0
+    assert doubt.believable_cost(axes, belief[0]) == 10.0 * doubt.SLID
 
 
 def test_feet_that_bear_two_tonnes_more_than_believed_are_told_so() -> None:

@@ -18,6 +18,7 @@ from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.own_tuning import OwnTuning
+from testbed.estimation.live.payload_aboard import free_payload
 from testbed.estimation.live.uncertainty import Uncertainty, constants
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS, VERTICAL
@@ -32,6 +33,7 @@ LINKAGES = Linkages.from_machine(MACHINE)
 BELIEF = Believed.from_machine(MACHINE, 1e-3)
 LEVEL = attitude_gravity(0.0, 0.0)
 STANCE = np.tile([0.1, 0.2, 0.25], 4)
+NO_PAYLOAD = (0.0, 0.0, 0.0)
 AREA_A, AREA_B = BELIEF.legs[0].area_a_m2, BELIEF.legs[0].area_b_m2
 
 
@@ -138,9 +140,15 @@ def test_a_still_machine_is_read_as_the_statics_have_it() -> None:
         assert (off < 1.5 * found[f"{name}_sd"]).all() and off.max() < 150.0
 
 
-def looked_at(lie_n: float) -> np.void:
-    """A filter that has looked for 3 s at most at a balance that one foot's sensors upset."""
-    filter_ = started(zero_sd=100.0, spread=160.0, balance_sd=200.0)
+REACH = np.array([0.75, 0.35])
+"""Half of the platform, m."""
+
+
+def looked_at(lie_n: float = 0.0, payload: tuple[float, float, float] = NO_PAYLOAD) -> np.void:
+    """A filter that has looked for 3 s at most at a balance that one foot's sensors upset, or a
+    weight (kg) at x and y (m). It knows the mass to 50 kg, its first moment to 30 kg m.
+    """
+    filter_ = started(zero_sd=100.0, spread=160.0, balance_sd=200.0, mass_sd=50.0)
     filter_["suspicion"]["memory"], filter_["suspicion"]["threshold"] = 1.0, 2.5
     rows, variance = np.zeros((6, fu.N)), np.full(6, 300.0**2)
     for leg, (x, y) in enumerate(((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))):
@@ -148,9 +156,13 @@ def looked_at(lie_n: float) -> np.void:
             rows[2:5, part + 3 * leg + 2] = 1.0, y, -x
     for k in range(6):
         rows[k, fu.BALANCE + k] = 1.0
+    rows[2, fu.MASS], rows[3, fu.MOMENT + 1], rows[4, fu.MOMENT] = -9.8, -9.8, 9.8
+    mass, x, y = payload
+    weight = mass * (rows[:, fu.MASS] + x * rows[:, fu.MOMENT] + y * rows[:, fu.MOMENT + 1])
     for _ in range(300):
-        if not filter_["blamed"].any():
-            faulty_sensor.take_balance(rows, lie_n * rows[:, fu.ZERO + 2], variance, filter_)
+        if not filter_["blamed"].any() and filter_["suspicion"]["known"][fu.MASS] <= 50.0:
+            missing = lie_n * rows[:, fu.ZERO + 2] + weight
+            faulty_sensor.take_balance(rows, missing, variance, REACH, filter_)
     return filter_
 
 
@@ -168,13 +180,36 @@ def test_a_sensor_is_not_blamed_at_rest() -> None:
     assert not row.state["body"]["fusion"]["blamed"].any()
 
 
-def started(zero_sd: float, spread: float, balance_sd: float) -> np.void:
-    """A filter that knows nothing beyond these sizes."""
+@pytest.mark.parametrize("place", [(0.0, 0.0), (0.2, -0.1), (-0.4, 0.2)])
+def test_a_weight_between_the_feet_is_told_from_a_sensor_that_lies(
+    place: tuple[float, float],
+) -> None:
+    """No sensor is blamed, and mass and first moment may be off by as much."""
+    found = looked_at(payload=(600.0, *place))
+    assert not found["blamed"].any()
+    assert found["p"][fu.MASS, fu.MASS] ** 0.5 == pytest.approx(600.0, rel=0.1)
+    assert found["p"][fu.MOMENT, fu.MOMENT] > 300.0**2
+    sound = looked_at(payload=(60.0, *place))
+    assert sound["p"][fu.MASS, fu.MASS] == pytest.approx(50.0**2)
+
+
+def test_what_was_learnt_before_a_weight_was_seen_is_forgotten() -> None:
+    filter_ = started(zero_sd=100.0, spread=160.0, balance_sd=200.0, mass_sd=50.0)
+    filter_["x"][fu.ZERO + 2], filter_["p"][fu.ZERO + 2, fu.ZERO + 2] = 300.0, 20.0**2
+    free_payload(np.array([40.0, 600.0, 0.0, 0.0]), REACH, filter_)
+    assert filter_["x"][fu.ZERO + 2] == 0.0
+    assert filter_["p"][fu.ZERO + 2, fu.ZERO + 2] == pytest.approx(100.0**2)
+
+
+def started(zero_sd: float, spread: float, balance_sd: float, mass_sd: float = 0.0) -> np.void:
+    """A filter that knows nothing beyond these sizes; first moments to 0.6 m of the mass's."""
     filter_ = fu.Fusion.zeros()[0]
     sizes = filter_["sizes"]
     sizes["zero_sd"], sizes["spread"], sizes["balance_sd"] = zero_sd, spread, balance_sd
     sizes["keep"], sizes["balance_keep"], sizes["dt"] = 1.0, 1.0, 0.01
-    fu.start(filter_, np.zeros(len(fu.CONSTANTS)))
+    known = np.zeros(len(fu.CONSTANTS))
+    known[fu.MASS], known[fu.MOMENT : fu.MOMENT + 3] = mass_sd, 0.6 * mass_sd
+    fu.start(filter_, known)
     return filter_
 
 

@@ -21,6 +21,7 @@ SHARES = ToldShares.one(
     begun=1.4,
     begun_s=0.1,
     constants=0.8,
+    resting=1.3,
     stopped=0.4,
     loaded=0.9,
     stuck=0.7,
@@ -81,10 +82,10 @@ def test_a_slide_that_has_just_begun_tells_more_than_one_that_lasts(
     assert told_of_constants(axis, SHARES) == pytest.approx(1.0 - 0.2 * (1.0 - left))
 
 
-def test_constants_are_told_whole_at_rest() -> None:
+def test_of_constants_more_is_told_at_rest() -> None:
     axis = AxisState.zeros()[0]
     axis.slid = 5.0
-    assert told_of_constants(axis, SHARES) == 1.0
+    assert told_of_constants(axis, SHARES) == 1.3
 
 
 def test_a_range_begins_with_the_first_force_and_anew_where_the_piston_slides() -> None:

@@ -138,10 +138,10 @@ class DrawnMachine:
             f"hydraulics.stuck_seals={self.stuck_seals:g}",
         )
 
-    def task(self, task: str) -> Scenario:
-        """One of its tasks as a scenario; the seed draws its noise too."""
+    def task(self, task: str, *more: str) -> Scenario:
+        """One of its tasks as a scenario, with `more` overrides; the seed draws its noise too."""
         name, changes = MACHINES[self.machine].tasks[task]
-        return load_scenario(name, [*changes, *self.changes], seed=self.seed)
+        return load_scenario(name, [*changes, *self.changes, *more], seed=self.seed)
 
 
 def truth_as_belief(scenario: Scenario) -> BelievedRobot:

@@ -117,6 +117,8 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
     body["blame_threshold"] = tuning.blame_threshold if tuning.robust else 0.0
     body["doubt_cost"] = tuning.doubt_cost if tuning.robust else 0.0
     body["doubt_time"] = tuning.doubt_time_s
+    body["surprise"]["worth"] = tuning.surprise_worth if tuning.robust else 0.0
+    body["surprise"]["memory"] = tuning.surprise_s
     body["zero_wander"] = tuning.zero_wander_n2_s
     body["air_load"], body["air_dwell"] = tuning.air_load_n, tuning.air_dwell_s
     body["air_sd"], body["learns_in_air"] = tuning.air_sd_n, tuning.swing
@@ -125,7 +127,7 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
     told = body["told"]
     told["sliding"], told["stopped"] = tuning.told_sliding, tuning.told_stopped
     told["begun"], told["begun_s"] = tuning.told_begun, tuning.told_begun_s
-    told["constants"] = tuning.told_constants
+    told["constants"], told["resting"] = tuning.told_constants, tuning.told_resting
     told["loaded"], told["loaded_within"] = tuning.told_loaded, tuning.told_loaded_within
     told["stuck"], told["led"] = tuning.told_stuck, tuning.told_led
     told["led_within"] = tuning.told_led_within

@@ -8,6 +8,8 @@ from testbed.estimation.live.axis import AxisBelief, AxisState, Decisions
 from testbed.estimation.live.belly_support import Support
 from testbed.estimation.live.body_acceleration import AccelerationMemory
 from testbed.estimation.live.body_stirred import Stirred
+from testbed.estimation.live.cylinder_errors import LearntInAir
+from testbed.estimation.live.surprise import SurpriseNumbers, SurpriseState
 from testbed.estimation.live.told_friction import ForceRange, ToldShares
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
@@ -58,6 +60,7 @@ class BodyBelief(Record):
     spread_share = quantity("1", "of the filter's standard deviation, that makes the spread")
     spread_stuck = quantity("1", "of that, on a vertical piston that never slid")
     set_margin = quantity("1", "by which friction's set may be wider than believed, of its width")
+    surprise = part(SurpriseNumbers, "how readily the machine is believed to be otherwise")
     news_share = quantity("1", "of a change of force at rest, that may be friction's")
     news_noise = quantity("N", "of such a change, that is noise")
     calibrated_at = quantity("degC", "temperature of the sensors' calibration")
@@ -111,11 +114,13 @@ class BodyState(Record):
     doubt = quantity("1", "standard deviation of the balance over the believed one (doubt.py)")
     unsteady = quantity("N", "change, since the balance before, of what the acceleration asks for")
     in_air = quantity("s", "for how long a foot has been in the air", per=LEGS)
+    learnt_in_air = part(LearntInAir, "of the last moments in the air", per=LEGS)
     filters = part(persistent.PersistentState, "of the foot loads", per=LEGS)
     support = part(Support, "what carries the body that no sensor reads")
     ropes = part(RopeBearings, "where the ropes lead by now, world frame")
     shaken = part(AccelerationMemory, "fast changes of the loads")
     stirred = part(Stirred, "how unsteadily the body goes")
+    surprise = part(SurpriseState, "how much further off the machine is than believed")
     ranges = part(ForceRange, "of the vertical pistons' forces", per=LEGS)
     level = quantity("N", "filtered force along x and y", per=(LEGS, ("x", "y")))
     force_sd = quantity(

@@ -15,11 +15,34 @@ from testbed.compiled import njit
 from testbed.estimation.live import doubt
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.told_friction import told_of_constants, told_of_friction
-from testbed.formats.records import SET
+from testbed.formats.records import SET, Record, part, quantity
 from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
 
 UP = 2
 """Of a foot's force in the body frame: along z."""
+HELD_BACK = 12
+"""Balances for which what a foot in the air teaches is not yet believed: 60 ms, within which even
+soft ground is felt (E).
+"""
+
+
+class LegLearnt(Record):
+    """What is learnt of the cylinders of a leg: of Unknowns."""
+
+    zero = quantity("N", "of its sensors", per=JOINTS)
+    out = quantity("N", "of its friction out", per=JOINTS)
+    back = quantity("N", "of its friction in", per=JOINTS)
+    side = quantity("1", "of its friction by the load across the rod", per=JOINTS)
+    deviation = quantity("N", "of its friction beside that", per=JOINTS)
+
+
+class LearntInAir(Record):
+    """What was learnt of a leg in the air before each of the last HELD_BACK balances, the newest in
+    the place of the oldest.
+    """
+
+    before = part(LegLearnt, "a balance", per=tuple(map(str, range(HELD_BACK))))
+    count = quantity("1", "balances in the air so far")
 
 
 @njit
@@ -113,12 +136,42 @@ def is_in_air(leg: int, row: Any, body: Any, state: Any) -> bool:
 @njit
 def learn_in_air(leg: int, map_: Any, body: Any, state: Any) -> None:
     """Observe that the foot of a leg carries nothing, along three axes. map_ (3, 3): leg_map."""
+    learnt, found = state.learnt_in_air[leg], state.fusion.x
+    before = learnt.before[int(learnt.count) % HELD_BACK]
+    learnt.count += 1.0
+    for joint in range(len(JOINTS)):
+        cylinder = ROTATION[leg] + joint
+        before.zero[joint] = found[fu.ZERO + cylinder]
+        before.out[joint] = found[fu.OUT + cylinder]
+        before.back[joint] = found[fu.BACK + cylinder]
+        before.side[joint] = found[fu.SIDE + cylinder]
+        before.deviation[joint] = found[fu.DEVIATION + cylinder]
     weights = np.zeros(fu.N)
     slides = state.axes[VERTICAL[leg]].slides >= 1.0
     for along in range(3):
         write_leg_weights(leg, map_[along], state, weights)
         force, learns = state.means.foot_force[leg, along], along == UP and slides
         fu.observe(state.fusion, weights, force, body.air_sd**2, body.gate, learns)
+
+
+@njit
+def forget_touchdown(leg: int, state: Any) -> None:
+    """Take back what the last HELD_BACK balances taught of a leg that is in the air no longer: its
+    foot bore something before anyone knew that it did, and that was taken for friction.
+    """
+    learnt, found = state.learnt_in_air[leg], state.fusion.x
+    if learnt.count == 0.0:
+        return
+    oldest = int(learnt.count) % HELD_BACK if learnt.count > HELD_BACK else 0
+    before = learnt.before[oldest]
+    learnt.count = 0.0
+    for joint in range(len(JOINTS)):
+        cylinder = ROTATION[leg] + joint
+        found[fu.ZERO + cylinder] = before.zero[joint]
+        found[fu.OUT + cylinder] = before.out[joint]
+        found[fu.BACK + cylinder] = before.back[joint]
+        found[fu.SIDE + cylinder] = before.side[joint]
+        found[fu.DEVIATION + cylinder] = before.deviation[joint]
 
 
 @njit

@@ -38,12 +38,11 @@ MOST = 100.0
 """Its standard deviation is taken at most so many times as large as believed (E)."""
 FASTEST = 3.0
 """Within `doubt_time` the doubt grows or fades at most by e to this power (E)."""
-MOVING = 2.0
-"""While pistons move, the balance may cost so many times as much: seals, encoders and pressures
-follow a motion each in its own time (E).
+SLID = 2.0
+"""Once a vertical piston has slid, the balance may cost so many times as much: seals, encoders and
+pressures follow a motion each in its own time, and what a piston stopped with, leaking oil moves at
+all of them alike. On sound drawn machines that have walked it is up to 16 (E).
 """
-REST_S = 2.0
-"""Pistons that have rested for so long no longer do (E)."""
 LEAST_COST = 1.0e-6
 """A smaller cost counts as this one, as its logarithm is taken."""
 
@@ -89,13 +88,13 @@ def told_share(share: float, doubt: float) -> float:
 
 @njit
 def believable_cost(axes: Any, body: Any) -> float:
-    """Up to this cost a balance is believed: `doubt_cost` where all twelve pistons have rested for
-    REST_S, MOVING times that otherwise; AxisState of AXES, BodyBelief.
+    """Up to this cost a balance is believed: `doubt_cost` while no vertical piston has slid since
+    the start, SLID times that otherwise; AxisState of AXES, BodyBelief.
     """
-    rested = axes[0].rested
-    for index in range(1, len(axes)):
-        rested = min(rested, axes[index].rested)
-    return float(body.doubt_cost * (1.0 if rested >= REST_S else MOVING))
+    slid = 0.0
+    for piston in VERTICAL:
+        slid = max(slid, axes[piston].has_slid)
+    return float(body.doubt_cost * (SLID if slid > 0.0 else 1.0))
 
 
 @njit

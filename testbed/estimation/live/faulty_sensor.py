@@ -10,7 +10,8 @@ add a force b would miss d_i b, so the likeliest b, and how much likelier the ba
 r and S are means over a second or so of sliding: friction then changes its sign with the motion, a
 sensor does not; at rest all pistons may hide the same way for long. Where the best T exceeds what a
 sound machine shows, that cylinder's zero is set free and learnt like any other unknown, so that it
-carries the blame alone.
+carries the blame alone, unless a weight on board explains more (payload_aboard.py). What was learnt
+before is forgotten, for others took the blame.
 """
 
 from __future__ import annotations
@@ -21,17 +22,21 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.live import fusion as fu
+from testbed.estimation.live.payload_aboard import free_payload, likeliest_payload
 from testbed.machine.names import AXES, VERTICAL
 
 SEEN = (2, 3, 4)
 """Rows of the balance (force x, y, z, moment x, y, z) that vertical cylinders make up."""
 NOBODY = -1
+PLACE_COSTS = 2.0
+"""So much more a weight must explain than a sensor, since its place is chosen as well (E)."""
 
 
 @njit
-def take_balance(rows: Any, wrench: Any, variance: Any, fusion: Any) -> None:
+def take_balance(rows: Any, wrench: Any, variance: Any, reach: Any, fusion: Any) -> None:
     """Take one balance: rows (6, N) of the unknowns, wrench (6) that is missing with nothing learnt
-    taken off, variance (6) of the balance itself.
+    taken off, variance (6) of the balance itself; reach (2): half of the platform's length and
+    width, m.
     """
     suspicion, sizes = fusion.suspicion, fusion.sizes
     if suspicion.threshold == 0.0:
@@ -57,7 +62,7 @@ def take_balance(rows: Any, wrench: Any, variance: Any, fusion: Any) -> None:
             suspicion.spread[place, other] += share * news
     suspicion.age += surer**2 * sizes.dt
     if suspicion.age > suspicion.memory:
-        free_likeliest_zero(rows, fusion)
+        free_likeliest(rows, reach, fusion)
 
 
 @njit
@@ -85,8 +90,8 @@ def spread_of(rows: Any, variance: Any, fusion: Any) -> Any:
 
 
 @njit
-def free_likeliest_zero(rows: Any, fusion: Any) -> None:
-    """Set the zero of the one cylinder free that makes the balance far likelier."""
+def free_likeliest(rows: Any, reach: Any, fusion: Any) -> None:
+    """Set free what makes the balance far likelier: the zero of one cylinder, or a weight."""
     suspicion = fusion.suspicion
     weights = inverse_of_three(suspicion.spread)
     best, likeliest, size = suspicion.threshold**2, NOBODY, 0.0
@@ -103,10 +108,13 @@ def free_likeliest_zero(rows: Any, fusion: Any) -> None:
         force = push / pushed
         if push * force > best:
             best, likeliest, size = push * force, cylinder, abs(force)
-    if likeliest != NOBODY:
+    payload = likeliest_payload(rows, weights, suspicion.missing, reach)
+    if fusion.suspicion.known[fu.MASS] > 0.0 and payload[0] > best + PLACE_COSTS:
+        free_payload(payload, reach, fusion)
+        suspicion.age = 0.0
+    elif likeliest != NOBODY:
         fusion.blamed[likeliest] = size
-        fusion.p[fu.ZERO + likeliest, fu.ZERO + likeliest] += size**2
-        fusion.fixed[fu.ZERO + likeliest, fu.ZERO + likeliest] += size**2
+        fu.start(fusion, suspicion.known[: len(fu.CONSTANTS)])
         suspicion.age = 0.0
 
 

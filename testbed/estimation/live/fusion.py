@@ -132,7 +132,9 @@ def is_freed(fusion: Any, i: int) -> bool:
 
 @njit
 def start(fusion: Any, known: Any) -> None:
-    """Nothing is known beyond the expected sizes; known: standard deviations of the CONSTANTS."""
+    """Nothing is known beyond the expected sizes; known: standard deviations of the CONSTANTS. A
+    zero that was set free stays so.
+    """
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
     for index in range(N):
         x[index] = 0.0
@@ -142,7 +144,7 @@ def start(fusion: Any, known: Any) -> None:
         p[index, index] = known[index] ** 2
         fusion.suspicion.known[index] = known[index]
     for index in range(12):
-        p[ZERO + index, ZERO + index] = sizes.zero_sd[index] ** 2
+        p[ZERO + index, ZERO + index] = sizes.zero_sd[index] ** 2 + fusion.blamed[index] ** 2
     for index in range(len(CONSTANTS)):
         fusion.fixed[index, index] = p[index, index]
     for index in range(12):

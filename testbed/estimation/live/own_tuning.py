@@ -114,11 +114,18 @@ class OwnTuning:
     blame_threshold: float = 2.5
     """Standard deviations at which a sensor is blamed."""
     doubt_cost: float = 10.0
-    """Cost of a balance that is still believed at rest (doubt.py). On 26 tuning runs of sound drawn
-    machines it is at most 5 standing and drilling, 8 raising, and 24 for moments of a crawl.
+    """Cost of a balance that is still believed before anything slid (doubt.py). On 26 tuning runs
+    of sound drawn machines it is at most 5 standing and drilling, 8 raising, and 24 for moments of
+    a crawl.
     """
     doubt_time_s: float = 2.0
     """Within which a doubted balance is given up, and believed again."""
+    surprise_worth: float = 2.0
+    """Unknowns that the belief is worth: so many more would have to be as far off as told before
+    what is found says how far off the machine is (surprise.py).
+    """
+    surprise_s: float = 8.0
+    """Over which what friction hides and the balance errs by is looked at for it."""
     zero_wander_n2_s: float = 1.0
     """Variance by which a zero of the cylinder force grows."""
     zero_sd_n: float = 20.0
@@ -141,7 +148,7 @@ class OwnTuning:
     """What they leave where the body goes steadily."""
     told_sliding: float = 0.45
     """Of the filter's standard deviation by friction, what an interval tells while the vertical
-    piston slides (told_friction.py). These six were chosen on drawn machines whose seals begin
+    piston slides (told_friction.py). These were chosen on drawn machines whose seals begin
     stuck anywhere.
     """
     told_begun: float = 1.8
@@ -152,15 +159,17 @@ class OwnTuning:
     """Of the filter's standard deviation by the machine's constants, while the vertical piston
     slides for longer: what a friction by speed errs by, one by load or a zero makes up for.
     """
+    told_resting: float = 1.2
+    """Likewise while it does not slide."""
     told_stopped: float = 0.43
     """Just after it came to rest: it keeps the friction of its stop."""
     told_loaded: float = 0.88
     """Once its force has gone over `told_loaded_within` times the width of friction's set since."""
-    told_stuck: float = 0.75
+    told_stuck: float = 0.62
     """While it has not slid since the start: what it may hide is as wide as its set, less what the
     balance of the body shows.
     """
-    told_led: float = 0.35
+    told_led: float = 0.29
     """Once its force has gone over `told_led_within` times that width since the start."""
     told_loaded_within: float = 1.0
     told_led_within: float = 0.7
@@ -240,6 +249,7 @@ def told_whole(tuning: OwnTuning, stuck: float = 1.0) -> OwnTuning:
         told_sliding=1.0,
         told_begun=1.0,
         told_constants=1.0,
+        told_resting=1.0,
         told_stopped=1.0,
         told_loaded=1.0,
         told_stuck=stuck,

@@ -27,6 +27,7 @@ class ToldShares(Record):
     begun = quantity("1", "when it has just begun to")
     begun_s = quantity("s", "over which one becomes the other")
     constants = quantity("1", "of what the machine's constants make, while it slides for long")
+    resting = quantity("1", "of the same while it does not slide")
     stopped = quantity("1", "just after it came to rest")
     loaded = quantity("1", "once its force has gone over `loaded_within` since")
     stuck = quantity("1", "while it has not slid since the start")
@@ -65,10 +66,11 @@ def just_begun(axis: Any, shares: Any) -> float:
 @njit
 def told_of_constants(axis: Any, shares: Any) -> float:
     """Of the filter's standard deviation of a load by the machine's constants, what an interval
-    tells: all of it, and less while the piston (AxisState) slides and shows them.
+    tells: all of it when the piston (AxisState) has begun to slide, less while it slides on and
+    shows them, more while nothing shows them.
     """
     if axis.slides <= 0.0:
-        return 1.0
+        return float(shares.resting)
     return float(1.0 + (shares.constants - 1.0) * (1.0 - just_begun(axis, shares)))
 
 

@@ -26,6 +26,7 @@ from testbed.estimation.live.body_wrench import write_body_wrench
 from testbed.estimation.live.cylinder_errors import (
     UP,
     force_error,
+    forget_touchdown,
     is_in_air,
     learn_in_air,
     learn_no_pull,
@@ -34,6 +35,8 @@ from testbed.estimation.live.cylinder_errors import (
     write_cylinder_weights,
     write_leg_weights,
 )
+from testbed.estimation.live.surprise import NONE as NO_SURPRISE
+from testbed.estimation.live.surprise import follow_surprise, widening
 from testbed.estimation.live.told_friction import follow_force, just_begun
 from testbed.estimation.live.wrench import (
     MOMENT,
@@ -163,6 +166,8 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
             on_ground[leg] = 0.0
             if state.in_air[leg] >= body.air_dwell and body.learns_in_air != 0.0:
                 learn_in_air(leg, maps[leg], body, state)
+        else:
+            forget_touchdown(leg, state)
     if body.balances != 0.0:
         follow_ropes(row, on_ground, body, state)
         balance_body(row, angular_acceleration, maps, on_ground, body, state)
@@ -172,6 +177,7 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
     if body.balances != 0.0:
         cost, believable = doubt.cost_of_balance(fusion), doubt.believable_cost(state.axes, body)
         state.doubt = doubt.followed(state.doubt, cost, believable, body)
+        follow_surprise(fusion, body.surprise, state.surprise)
     weights = np.zeros(fu.N)
     for leg in range(len(LEGS)):
         for axis in range(3):
@@ -245,7 +251,9 @@ def balance_body(
         return
     slides = slides and state.support.otherwise == 0.0
     if slides:
-        faulty_sensor.take_balance(rows, wrench, variance, state.fusion)
+        reach = np.empty(2)
+        reach[0], reach[1] = body.belly_length, body.belly_width
+        faulty_sensor.take_balance(rows, wrench, variance, reach, state.fusion)
     shows = slides and row.ordered_thrust == 0.0
     for equation in range(6):
         learns = equation in faulty_sensor.SEEN and shows
@@ -345,7 +353,11 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
                 state.level[leg, axis] = level + share * (force[leg, axis] - level)
             state.last_force[leg, axis] = state.level[leg, axis]
         own.x[leg], own.y[leg] = state.level[leg, 0], state.level[leg, 1]
-        own.x_sd[leg], own.y_sd[leg] = state.force_sd[leg, 0], state.force_sd[leg, 1]
+        wider = widening(state.surprise)
+        own.x_sd[leg], own.y_sd[leg] = (
+            wider * state.force_sd[leg, 0],
+            wider * state.force_sd[leg, 1],
+        )
     if body.shakes != 0.0:
         add_fast_changes(row.specific_force[UP], loads, body, state.shaken)
     for leg in range(len(LEGS)):
@@ -354,6 +366,7 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
         bounds(leg, load, body, state, interval)
         own.z_sd[leg] = interval.sd[leg]
     row.own_balance_doubt = max(state.doubt, doubt.NONE)
+    row.own_surprise = max(state.surprise.level, NO_SURPRISE)
     if state.started > 0.0:
         state.started = 2.0
 
@@ -366,7 +379,7 @@ def bounds(leg: int, load: float, body: Any, state: Any, interval: Any) -> None:
     piston, filtered = state.axes[VERTICAL[leg]], state.filters[leg].estimate.variance
     slides, begun = piston.slides, just_begun(piston, body.told)
     moving = slides**2 * moving_variance(load, begun, body, state.stirred)
-    sd = math.sqrt(state.force_sd[leg, UP] ** 2 + (filtered + moving))
+    sd = math.sqrt(state.force_sd[leg, UP] ** 2 + (filtered + moving)) * widening(state.surprise)
     other = filtered + (slides * body.moving_sd) ** 2
     interval.spread[leg] = math.sqrt(state.spread[leg] ** 2 + other)
     interval.sd[leg] = sd

@@ -1,0 +1,70 @@
+"""A weight on board that nobody declared, as a rival of the sensor that lies (faulty_sensor.py).
+Compiled.
+
+What the body's balance is missing, r (3), a mass m at the place c on the platform would miss too:
+
+    m d(c),   d(c) = column of the mass + c_x column of m c_x + c_y column of m c_y
+
+How much likelier it makes the balance is reckoned as for a sensor, T(c), and the best of a grid of
+places is held against the best sensor. A weight lies between the feet, a sensor pushes at one of
+them. Where the weight explains more, mass and first moment are set free by its size, and are learnt
+like any other unknown; no sensor is blamed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from testbed.compiled import njit
+from testbed.estimation.live import fusion as fu
+from testbed.estimation.live.doubt import DOUBTED
+
+STEPS = 5
+"""Places along each side of the platform."""
+WITHIN = 0.6
+"""Of the platform, within which a weight is looked for: nearer the edge it is taken for a sensor at
+that corner (E).
+"""
+ALONG, ACROSS = 0, 1
+HEIGHT_SHARE = 0.5
+"""How far a weight lies above the platform, in halves of the platform's length (E)."""
+
+
+@njit
+def likeliest_payload(rows: Any, weights: Any, missing: Any, reach: Any) -> Any:
+    """T, mass kg, x m, y m of the weight that explains most of what is missing.
+
+    rows (6, N): of the unknowns; weights (3, 3): inverse covariance of what is `missing` (3) on a
+    sound machine; reach (2): half of the platform's length and width, m.
+    """
+    best, way = np.zeros(4), np.empty(len(DOUBTED))
+    for step in range(STEPS):
+        for other_step in range(STEPS):
+            x = WITHIN * reach[ALONG] * (2.0 * step / (STEPS - 1) - 1.0)
+            y = WITHIN * reach[ACROSS] * (2.0 * other_step / (STEPS - 1) - 1.0)
+            for place in range(len(DOUBTED)):
+                row = rows[DOUBTED[place]]
+                way[place] = row[fu.MASS] + x * row[fu.MOMENT] + y * row[fu.MOMENT + 1]
+            push = pushed = 0.0
+            for place in range(len(DOUBTED)):
+                for other in range(len(DOUBTED)):
+                    push += way[place] * weights[place, other] * missing[other]
+                    pushed += way[place] * weights[place, other] * way[other]
+            if pushed > 0.0 and push * push / pushed > best[0]:
+                best[0], best[1], best[2], best[3] = push * push / pushed, push / pushed, x, y
+    return best
+
+
+@njit
+def free_payload(payload: Any, reach: Any, fusion: Any) -> None:
+    """Let mass and first moment be off by as much as this weight (likeliest_payload), and forget
+    what was learnt without it: others took its blame.
+    """
+    mass, known = abs(payload[1]), fusion.suspicion.known
+    known[fu.MASS] = math.hypot(known[fu.MASS], mass)
+    for k, lever in enumerate((reach[ALONG], reach[ACROSS], HEIGHT_SHARE * reach[ALONG])):
+        known[fu.MOMENT + k] = math.hypot(known[fu.MOMENT + k], mass * lever)
+    fu.start(fusion, known[: len(fu.CONSTANTS)])

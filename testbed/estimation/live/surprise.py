@@ -1,0 +1,119 @@
+"""How much further from its belief the machine seems to be than its tolerances or its commissioning
+say. Compiled.
+
+The filter knows beforehand how far each unknown may be off: s, its standard deviation. What it
+finds of it, x, and the variance P that is left are then such that, on a machine as it was believed,
+
+    mean of sum (x / s)^2  =  sum (1 - P / s^2)
+
+whatever is observed: what nothing shows adds nothing to either side. A machine with half a tonne
+that nobody declared, or ropes three degrees from where they were surveyed, makes the left side
+larger. How much more each s should have been is then not known exactly, but by an inverse gamma
+distribution; with a prior worth `worth` unknowns that the machine is as believed, its mean is about
+
+    surprise = (worth + sum (x / s)^2) / (worth + sum (1 - P / s^2))
+
+Constants enter as they are now, friction's deviations at the vertical pistons and the errors of the
+balance as means over `memory`. Where the surprise is more than 1, intervals are wider by its square
+root. A zero that is set free (faulty_sensor.py) is explained, and left out.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from testbed.compiled import njit
+from testbed.estimation.live import fusion as fu
+from testbed.estimation.live.doubt import DOUBTED
+from testbed.formats.records import Record, quantity
+from testbed.machine.names import VERTICAL
+
+NONE = 1.0
+"""The machine is as believed."""
+
+
+class SurpriseNumbers(Record):
+    """How readily the machine is believed to be otherwise."""
+
+    worth = quantity("1", "unknowns that the belief is worth, 0: never surprised")
+    memory = quantity("s", "over which momentary deviations are looked at")
+
+
+class SurpriseState(Record):
+    """What was found of momentary deviations."""
+
+    found = quantity("1", "mean sum of their squares over their variances")
+    expected = quantity("1", "what a machine as believed would make of it")
+    age = quantity("s", "for how long they have been looked at")
+    level = quantity("1", "the surprise; 0 before the first balance")
+
+
+@njit
+def share_found(deviation: float, left: float, before: float) -> tuple[float, float]:
+    """(x / s)^2 and 1 - P / s^2 of an unknown: what is found of it, variance left and before; 0
+    and 0 where it was known.
+    """
+    if before <= 0.0:
+        return 0.0, 0.0
+    return deviation**2 / before, min(max(1.0 - left / before, 0.0), 1.0)
+
+
+@njit
+def of_constants(fusion: Any) -> tuple[float, float]:
+    """Sums over the machine's constants."""
+    x, p, known, sizes = fusion.x, fusion.p, fusion.suspicion.known, fusion.sizes
+    found = expected = 0.0
+    for index in range(len(fu.CONSTANTS)):
+        before = known[index] ** 2
+        if index < fu.OUT:
+            before = 0.0 if fu.is_freed(fusion, index) else sizes.zero_sd[index] ** 2
+        square, share = share_found(x[index], p[index, index], before)
+        found += square
+        expected += share
+    return found, expected
+
+
+@njit
+def of_moment(fusion: Any) -> tuple[float, float]:
+    """Sums over friction's deviations at the vertical pistons, and the errors of the balance that
+    vertical cylinders make up.
+    """
+    x, p, sizes = fusion.x, fusion.p, fusion.sizes
+    found = expected = 0.0
+    for cylinder in VERTICAL:
+        k = fu.DEVIATION + cylinder
+        square, share = share_found(x[k], p[k, k], sizes.spread[cylinder] ** 2)
+        found += square
+        expected += share
+    for equation in DOUBTED:
+        k = fu.BALANCE + equation
+        square, share = share_found(x[k], p[k, k], sizes.doubted_sd[equation] ** 2)
+        found += square
+        expected += share
+    return found, expected
+
+
+@njit
+def follow_surprise(fusion: Any, numbers: Any, state: Any) -> None:
+    """Take one balance: Fusion after it, SurpriseNumbers, SurpriseState."""
+    if numbers.worth <= 0.0:
+        state.level = NONE
+        return
+    dt = fusion.sizes.dt
+    state.age += dt
+    share = dt / min(state.age, numbers.memory)
+    found, expected = of_moment(fusion)
+    if math.isfinite(found) and math.isfinite(expected):
+        state.found += share * (found - state.found)
+        state.expected += share * (expected - state.expected)
+    found, expected = of_constants(fusion)
+    seen = numbers.worth + found + state.found
+    as_believed = numbers.worth + expected + state.expected
+    state.level = max(seen / as_believed, NONE)
+
+
+@njit
+def widening(state: Any) -> float:
+    """By how much intervals are wider for it, 1 or more."""
+    return math.sqrt(max(state.level, NONE))
