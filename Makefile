@@ -39,7 +39,7 @@ house: $(VENV)/.stamp-dev
 	@$(BIN)/python docs/measures.py
 
 docs: $(VENV)/.stamp-docs
-	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict
 	@ls dist/site/index.html
 
 wheel: $(VENV)/.stamp-dev

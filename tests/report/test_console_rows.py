@@ -46,6 +46,13 @@ def test_losses_delays_and_wrong_seconds_are_the_detectors() -> None:
     assert "detector's delay, median" not in never
 
 
+@pytest.mark.parametrize(("surprise", "times"), [(4.0, "2.0"), (9.0, "3.0")])
+def test_a_machine_that_is_not_as_believed_is_told(surprise: float, times: str) -> None:
+    row = told(surprise=surprise)["the machine"]
+    assert row == f"seems {times} times as far from its belief as was told"
+    assert told(surprise=1.9) == told()
+
+
 def test_slips_of_a_millimetre_and_more_are_told() -> None:
     rows = told(foot_slip_m=0.3021, rope_slip_m=0.0647)
     assert rows["feet slid"] == "302 mm"

@@ -37,6 +37,11 @@ def _gap(start: int, end: int) -> np.ndarray:
     return force
 
 
+def test_the_surprise_of_a_run_is_its_last_and_that_of_a_recording_without_it_is_none() -> None:
+    assert metrics.surprise({"own_surprise": np.array([1.0, 5.0, 2.5])}) == 2.5
+    assert metrics.surprise({}) == metrics.surprise({"own_surprise": np.array([])}) == 1.0
+
+
 def test_rms_of_a_sine_is_its_amplitude_over_root_two() -> None:
     data, truth = synthetic_columns(20.0)
     found = metrics.force_rms_n(data, truth)
