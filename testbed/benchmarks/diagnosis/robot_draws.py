@@ -119,12 +119,26 @@ def effect_drawn(
 ) -> dict[str, Any]:
     """An effect at one of its places, with sizes that are drawn evenly between these ends."""
     signed = hidden_sizes()["signed"]
+    of_stroke = hidden_sizes()["of_stroke"].get(name, ())
     place = str(rng.choice(by_name(name).places_on_robot))
     values = {}
     for parameter, (low, high) in sizes.items():
         sign = float(rng.choice([-1.0, 1.0])) if parameter in signed and low > 0.0 else 1.0
         values[parameter] = sign * float(rng.uniform(low, high))
+        if parameter in of_stroke:
+            values[parameter] *= strokes_m()[place]
     return {"effect": name, "at": place, "parameters": values}
+
+
+@cache
+def strokes_m() -> dict[str, float]:
+    """The stroke of each cylinder of the drawing-board machine, m, by its name."""
+    from testbed.machine.build import build_machine
+    from testbed.robot.linkage import Linkages
+
+    machine = build_machine()
+    strokes = Linkages.from_machine(machine).stroke_m.tolist()
+    return dict(zip(machine.axes, strokes, strict=True))
 
 
 def _task(motion: str, seed: int) -> list[str]:

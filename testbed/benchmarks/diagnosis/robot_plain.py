@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from testbed.benchmarks.diagnosis.robot_draws import strokes_m
 from testbed.benchmarks.diagnosis.robot_recordings import Run, run_of
 from testbed.benchmarks.diagnosis.robot_trials import balances_in, names_in
 from testbed.benchmarks.diagnosis.scores import rate
@@ -47,7 +48,9 @@ class Case:
             return []
         places = by_name(self.effect).places_on_robot
         place = str(np.random.default_rng([self.seed, 41]).choice(places))
-        size = plain_sizes()["effects"][self.effect]["parameters"]
+        size = dict(plain_sizes()["effects"][self.effect]["parameters"])
+        for parameter in plain_sizes()["of_stroke"].get(self.effect, ()):
+            size[parameter] *= strokes_m()[place]
         return [{"effect": self.effect, "at": place, "parameters": size}]
 
     def scenario(self, before: bool = False) -> Scenario:

@@ -15,7 +15,14 @@ from testbed.benchmarks.diagnosis.robot_close import (
     Foreteller,
     small_effect,
 )
-from testbed.benchmarks.diagnosis.robot_draws import AGAIN, BEFORE, drawn, hidden_sizes
+from testbed.benchmarks.diagnosis.robot_draws import (
+    AGAIN,
+    BEFORE,
+    drawn,
+    effect_drawn,
+    hidden_sizes,
+    strokes_m,
+)
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.hypotheses import Ledger
 from testbed.effects import by_name
@@ -48,6 +55,17 @@ def test_small_effects_lie_between_nothing_and_their_size_in_the_blind_test() ->
                 most = max(abs(low - without), abs(high - without))
                 assert abs(value - without) <= most
     assert "drill.thrust" not in seen and len(seen) > 20
+
+
+def test_drawn_cushions_begin_inside_their_cylinder_and_leave_a_third_of_it_free() -> None:
+    rng, seen = np.random.default_rng(5), set()
+    for _ in range(200):
+        name = "force.cushion"
+        drawn_one = effect_drawn(rng, name, hidden_sizes()["named"][name])
+        seen.add(drawn_one["at"])
+        start_m, stroke_m = drawn_one["parameters"]["start"], strokes_m()[drawn_one["at"]]
+        assert 0.4 * stroke_m < start_m < 0.65 * stroke_m
+    assert seen == set(strokes_m())
 
 
 def test_only_machines_of_sound_runs_serve_and_their_noise_is_another() -> None:

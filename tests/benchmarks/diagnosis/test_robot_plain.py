@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from testbed.benchmarks.diagnosis.robot_draws import hidden_sizes
+from testbed.benchmarks.diagnosis.robot_draws import hidden_sizes, strokes_m
 from testbed.benchmarks.diagnosis.robot_plain import MOTIONS, SOUND, Case, PlainEffects, plain_sizes
 from testbed.effects import by_name
 
@@ -33,6 +33,14 @@ def test_the_machine_from_before_is_the_same_without_the_effect() -> None:
     now, before = case.scenario(), case.scenario(before=True)
     assert now.undeclared and not before.undeclared
     assert now.machine == before.machine and now.seed != before.seed
+
+
+def test_a_cushion_begins_at_the_same_share_of_any_stroke() -> None:
+    shares = set()
+    for seed in range(20):
+        (hidden,) = Case(seed, "stand", "force.cushion").hidden()
+        shares.add(round(hidden["parameters"]["start"] / strokes_m()[hidden["at"]], 9))
+    assert shares == {plain_sizes()["effects"]["force.cushion"]["parameters"]["start"]}
 
 
 @pytest.fixture
