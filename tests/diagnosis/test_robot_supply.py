@@ -13,7 +13,7 @@ import pytest
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.hauling import ROPE_M, Hauling, hauling_of
 from testbed.diagnosis.robot.oil import Oil, oil_of
-from testbed.diagnosis.robot.supply import Supply, supply_of
+from testbed.diagnosis.robot.supply import RETURNED, RETURNED_SD, Supply, supply_of
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES
 from testbed.robot.robot import Robot
@@ -169,3 +169,25 @@ def test_a_pump_that_devices_on_their_way_back_may_ask_for_all_it_gives_is_not_k
     )
     assert tight.min() > 5.0
     assert ample == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("share", [RETURNED - RETURNED_SD, RETURNED + RETURNED_SD])
+def test_devices_that_go_back_as_often_as_is_taken_are_no_weak_pump(share: float) -> None:
+    pressure = LOAD_PA + 0.3e6
+    oils, bins, frame, body = still(np.full(750, 0.6), pressure)
+    traction = body.machine.traction
+    back = traction.annulus_area_m2 * traction.return_speed_m_s
+    drawn = float(believed(np.full(750, 0.6), pressure).drawn_m3_s.mean())
+
+    def found(full_flow_m3_s: float) -> Supply:
+        unit = body.machine.power_unit.model_copy(update={"full_flow_m3_s": full_flow_m3_s})
+        machine = body.machine.model_copy(update={"power_unit": unit})
+        hauling = hauling_of(jumped(bins, 1.0), body, ROPES)
+        return supply_of(oils, bins, frame, machine, hauling)
+
+    later = bins.time_s > 2.0
+    as_taken, more_or_less = found(drawn + RETURNED * back), found(drawn + share * back)
+    assert as_taken.missing[later] == pytest.approx(0.0, abs=0.02e6)
+    missing = np.abs(more_or_less.missing[later])
+    assert missing.max() > 0.1e6
+    assert np.all(missing < 2.01 * more_or_less.by_returning[later])

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import numpy.typing as npt
@@ -43,10 +44,16 @@ HAULED_SHARE = 0.4
 """Traction devices that haul draw as well, and nobody measures it: the pressure is known to that
 share where one changes its grip (E).
 """
-NEAR_ALL = 0.85
-"""So likewise where that share of all that the pump gives is asked of it, or may be by devices that
-go back for their next stroke (E).
+NEAR_ALL, SHORT_SHARE, SHORT_S = 0.85, 0.2, 0.7
+"""To this share it is known, with errors that last so long, where nearly all that the pump gives is
+asked of it, or may be by devices that go back for their next stroke (E).
 """
+RETURNED, RETURNED_SD = 0.45, 0.2
+"""Devices go back for this share of the time in which their ropes let them (E): 24 sways of six
+sound machines fit 0.3 to 0.6, walks less.
+"""
+RETURNED_OF_WEAK = (0.0, 0.25, RETURNED)
+"""... and of these the share that fits best where a pump gives less: devices haul slowly, too."""
 PUMP_S, FALL_SHARE = 0.01, 0.6
 """A pump fills a stiff line in this time; air makes the line softer than its oil by this (E)."""
 SET_SHARE = 0.01
@@ -71,6 +78,8 @@ class Supply:
     by_flow: Array
     by_giving: Array
     """What the pump's own scatter makes of it."""
+    by_returning: Array
+    """What devices make of it that go back more often for their next stroke than is taken."""
     drawn_m3_s: Array
     """Flow that all cylinders draw together."""
     noise: Array
@@ -82,7 +91,9 @@ class Supply:
             missing=self.missing,
             time_s=time_s,
             noise=self.noise,
-            tolerated=np.column_stack([self.by_giving, SET_SHARE * self.by_pressure]),
+            tolerated=np.column_stack(
+                [self.by_giving, SET_SHARE * self.by_pressure, self.by_returning]
+            ),
             rows_of=lambda change: nothing if change.supply is None else change.supply,
         )
 
@@ -92,41 +103,63 @@ def supply_of(
 ) -> Supply:
     """The group of the power unit; `hauling`: what the ropes' devices ask beside the cylinders."""
     unit = machine.power_unit
-    drawn = np.sum([one.from_supply.sum(axis=1) for one in oils], axis=0)
     asked, unsure, by_pressure = _believed(oils, bins, frame, machine, hauling)
-    believed, scattered = (
-        _given(asked, f * unit.full_flow_m3_s, oils, bins, hauling) for f in (1.0, 1.0 - FLOW_SHARE)
-    )
+
+    def given(flow_factor: float, returned: float) -> Array:
+        """(n,) with a pump that gives this share, and devices that go back for this share of the
+        time in which they may.
+        """
+        most = flow_factor * unit.full_flow_m3_s - returned * hauling.returning_m3_s
+        return _given(asked, most, oils, bins, hauling)
+
+    believed, scattered = given(1.0, RETURNED), given(1.0 - FLOW_SHARE, RETURNED)
+    drawn = np.sum([one.from_supply.sum(axis=1) for one in oils], axis=0)
     share = np.clip(drawn / unit.full_flow_m3_s, 0.0, 1.5)
-    whole = (drawn + hauling.drawn_m3_s + hauling.returning_m3_s) / unit.full_flow_m3_s
     giving = unit.compensator_band_pa * share
-    sunk = [
-        believed - _given(believed, f * unit.full_flow_m3_s, oils, bins, hauling) for f in FLOWS
-    ]
+    weak = list(product(FLOWS, RETURNED_OF_WEAK))
     by_flow = _best(
-        [np.maximum(giving, by / (1.0 - f)) for f, by in zip(FLOWS, sunk, strict=True)],
-        FLOWS,
+        [np.maximum(giving, (believed - given(f, r)) / (1.0 - f)) for f, r in weak],
+        [f for f, _ in weak],
         believed - bins.supply_pa,
     )
+    seldom, often = (given(1.0, RETURNED + spread) for spread in (-RETURNED_SD, RETURNED_SD))
+    return Supply(
+        missing=believed - bins.supply_pa,
+        by_pressure=by_pressure,
+        by_flow=by_flow,
+        by_giving=np.maximum(FLOW_SHARE * giving, believed - scattered),
+        by_returning=0.5 * (seldom - often),
+        drawn_m3_s=drawn,
+        noise=_noise(believed, share, unsure, bins, machine, hauling),
+    )
+
+
+def _noise(
+    believed: Array, share: Array, unsure: Array, bins: Bins, machine: Machine, hauling: Hauling
+) -> Array:
+    """(n, n) Pa2: what a sound unit misses of the pressure that is believed (n,), Pa, while it
+    gives a share (n,) of its full flow; `unsure` (n,) Pa by overlaps and ropes.
+    """
+    unit = machine.power_unit
     apart = np.abs(bins.time_s[:, None] - bins.time_s[None, :])
     noise = SUPPLY_WHITE_PA**2 * np.eye(bins.count)
-    slow = np.hypot(
-        SUPPLY_SLOW_PA, READ_SHARE * (believed - machine.power_unit.standby_pressure_pa)
-    )
+    slow = np.hypot(SUPPLY_SLOW_PA, READ_SHARE * (believed - unit.standby_pressure_pa))
     noise += np.exp(-apart / SUPPLY_S) * np.outer(slow, slow)
     surges = (
         SURGE_PA * _swing(share, SURGE_BINS),
         SWITCH_SHARE * _swing(believed, SURGE_BINS),
         SHAKEN_SHARE * swings(bins.supply_pa[:, None])[:, 0],
         HAULED_SHARE * believed * hauling.held,
-        HAULED_SHARE * believed * np.clip((whole - NEAR_ALL) / (1.0 - NEAR_ALL), 0.0, 1.0),
         unsure,
     )
     surge = np.linalg.norm(surges, axis=0)
     noise += 0.5 * np.diag(surge**2)
     noise += 0.5 * np.exp(-apart / SURGE_S) * np.outer(surge, surge)
-    by_giving = np.maximum(FLOW_SHARE * giving, believed - scattered)
-    return Supply(believed - bins.supply_pa, by_pressure, by_flow, by_giving, drawn, noise)
+    may_go_back = hauling.returning_m3_s / unit.full_flow_m3_s
+    whole = share + hauling.drawn_m3_s / unit.full_flow_m3_s + may_go_back
+    near_all = np.clip((whole - NEAR_ALL) / (1.0 - NEAR_ALL), 0.0, 1.0)
+    short = SHORT_SHARE * believed * near_all
+    return np.asarray(noise + np.exp(-apart / SHORT_S) * np.outer(short, short))
 
 
 def _believed(
@@ -163,10 +196,10 @@ def _believed(
 
 
 def _given(
-    believed_pa: Array, most_m3_s: float, oils: Sequence[Oil], bins: Bins, hauling: Hauling
+    believed_pa: Array, most_m3_s: Array, oils: Sequence[Oil], bins: Bins, hauling: Hauling
 ) -> Array:
     """(n,) pressure, at most the believed one, at which valves that are as far open as they are
-    take no more than a pump gives: each edge by the root of its drop.
+    take no more than a pump gives (n,): each edge by the root of its drop.
     """
     taken = np.hstack([one.from_supply.clip(0.0) for one in oils])
     behind = np.hstack([one.pressure_pa for one in oils])
