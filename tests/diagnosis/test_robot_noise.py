@@ -22,7 +22,7 @@ from testbed.diagnosis.robot.motion_noise import (
     swings,
     taken_by_stops,
 )
-from testbed.diagnosis.robot.places import lies_in_play, played, rounded, swept
+from testbed.diagnosis.robot.places import PLAY_S, lies_in_play, played, rounded, swept
 from testbed.diagnosis.robot.tolerances import middle
 from testbed.effects.force_cushion import BEYOND_M, Cushion
 from testbed.effects.hydraulics_air import compliance_1_pa, free_share
@@ -47,7 +47,7 @@ def test_what_the_encoder_takes_from_one_bin_it_gives_to_the_next() -> None:
 def test_play_is_passed_once_on_the_way_from_one_sense_to_the_other() -> None:
     sd, resting = 1e-3, np.zeros(5)
     turning = np.array([0.0, sd, sd, sd, 0.0])
-    places = played(np.array([resting, turning]), STEP_S * np.arange(4.0))
+    places = played(np.array([resting, turning]), STEP_S * np.arange(4.0), PLAY_S)
     found = swept(np.ones(1), places)
     assert np.ones(4) @ found @ np.ones(4) == pytest.approx(0.0, abs=1e-12)
     into, inside = found[0, 0], found[1, 1]
@@ -56,10 +56,17 @@ def test_play_is_passed_once_on_the_way_from_one_sense_to_the_other() -> None:
 
 def test_a_joint_that_hunts_within_its_play_creeps_unseen_for_seconds() -> None:
     resting = np.full(41, 1e-3)
-    places = played(np.array([resting, np.zeros(41)]), STEP_S * np.arange(40.0))
+    places = played(np.array([resting, np.zeros(41)]), STEP_S * np.arange(40.0), PLAY_S)
     found = swept(np.ones(1), places)
     near, far = found[20, 21] / found[20, 20], found[20, 35] / found[20, 20]
     assert near > 0.5 and abs(far) < 0.2
+
+
+def test_a_smaller_machine_crosses_its_play_sooner_and_sweeps_as_much_faster() -> None:
+    play_m = np.abs(np.random.default_rng(1).normal(size=(2, 41))) * 1e-3
+    large = played(play_m, STEP_S * np.arange(40.0), PLAY_S)
+    small = played(play_m, 0.5 * STEP_S * np.arange(40.0), 0.5 * PLAY_S)
+    assert small == pytest.approx(4.0 * large)
 
 
 def test_a_slide_that_is_over_within_a_bin_was_partly_at_rest() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.flicker import of_shared_edges
 from testbed.diagnosis.robot.oil import Oil
-from testbed.diagnosis.robot.places import played, rounded, swept
+from testbed.diagnosis.robot.places import PLAY_S, played, rounded, swept
 from testbed.diagnosis.robot.tolerances import LATE_S, middle, standard_deviation
 from testbed.effects.hydraulics_hose import HOSE_TIMES_S
 from testbed.formats.arrays import Array
@@ -20,7 +20,7 @@ from testbed.machine.scale import Scale
 WHITE_M3_S = 2.0e-6
 """Noise of a bin beside the encoder's rounding (E)."""
 VALVE_SHARE, MEMORY_S = 0.03, 0.5
-"""A valve's flow is known to this share, and its deviation lasts so long (E)."""
+"""A valve's flow is known to this share, and its deviation lasts so long on ROBOCLIMBER (E)."""
 EDGE_SHARE = 0.1
 """What goes through one edge is known to this share (E)."""
 VOID_M3_S = 8.0e-5
@@ -110,24 +110,26 @@ def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
     """The group of cylinder i: chamber A's bins, then B's."""
     nothing, axis = np.zeros_like(oil.missing), machine.axes[AXES[i]]
     columns = [sd * c.T.ravel() for c, sd in tolerated(oil, axis, machine.scale) if sd > 0.0]
-    playing = swept(oil.swept_m2, played(oil.play_m, time_s))
+    crosses_s = PLAY_S * machine.scale.times("s")
+    playing = swept(oil.swept_m2, played(oil.play_m, time_s, crosses_s))
     return RawGroup(
         missing=(oil.missing - expected(oil, axis)).T.ravel(),
         time_s=np.tile(time_s, 2),
-        noise=noise_of(oil, time_s, machine.scale.times("m3/s")) + playing,
+        noise=noise_of(oil, time_s, machine.scale) + playing,
         lasting=playing,
         tolerated=np.column_stack(columns),
         rows_of=lambda change: change.oil.get(i, nothing).T.ravel(),
     )
 
 
-def noise_of(oil: Oil, time_s: Array, flows: float) -> Array:
-    """Covariance (2 n, 2 n) of the group's rows beside what tolerances make; `flows`: what flows of
-    this machine are beside ROBOCLIMBER's.
+def noise_of(oil: Oil, time_s: Array, scale: Scale) -> Array:
+    """Covariance (2 n, 2 n) of the group's rows, m6/s2, beside what tolerances make, of a machine
+    of this size.
     """
     n = len(time_s)
     apart = np.abs(time_s[:, None] - time_s[None, :])
-    lasts = np.exp(-apart / MEMORY_S)
+    flows = scale.times("m3/s")
+    lasts = np.exp(-apart / (MEMORY_S * scale.times("s")))
     out = np.eye(2 * n) * (flows * WHITE_M3_S) ** 2
     size = VALVE_SHARE * np.abs(oil.from_supply + oil.to_tank)
     size = np.hypot(size, flows * VOID_M3_S * oil.void)

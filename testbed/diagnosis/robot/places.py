@@ -15,7 +15,7 @@ from testbed.machine.model import Axis
 Array = npt.NDArray[np.float64]
 PLAY_S = 0.5
 """In about this time a joint goes from one place within its play to another while it rests or turns
-round (E).
+round; ROBOCLIMBER's (E).
 """
 HUNTING = 1.5
 """Joints that hunt within their play are those that have much of it, and go from end to end (E)."""
@@ -89,10 +89,12 @@ def rounded(rounding_m: Array, time_s: Array) -> Array:
     return np.diag(rounding_m**2) / _step(time_s) ** 2
 
 
-def played(play_m: Array, time_s: Array) -> Array:
-    """The same of the piston's place within its joint's play, (2, n + 1) as `play` gives it."""
+def played(play_m: Array, time_s: Array, crosses_s: float) -> Array:
+    """The same of the piston's place within its joint's play, (2, n + 1) as `play` gives it, which
+    it crosses in about `crosses_s`.
+    """
     edges, step = np.arange(len(time_s) + 1), _step(time_s)
-    apart = step * np.abs(np.subtract.outer(edges, edges)) / PLAY_S
+    apart = step * np.abs(np.subtract.outer(edges, edges)) / crosses_s
     goes = np.exp(-apart)
     creeps = (1.0 + apart) * goes  # with a speed that lasts
     resting, turning = (np.outer(off, off) for off in play_m)
