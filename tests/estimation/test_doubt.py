@@ -65,7 +65,7 @@ def test_the_cost_is_that_of_correlated_deviations_and_of_the_balances_error() -
     fusion["sizes"]["doubted_sd"] = 200.0
     for k, piston in enumerate(VERTICAL):
         fusion["x"][0][fu.DEVIATION + piston] = 300.0 * deviation[k]
-    for k, equation in enumerate(doubt.DOUBTED):
+    for k, equation in enumerate(fu.VERTICAL_EQUATIONS):
         fusion["x"][0][fu.BALANCE + equation] = 200.0 * error[k]
     correlation = np.full((4, 4), alike) + (1.0 - alike) * np.eye(4)
     expected = deviation @ np.linalg.solve(correlation, deviation) + error @ error

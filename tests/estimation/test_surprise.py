@@ -8,14 +8,14 @@ from test_doubt import HEAVIER, standing
 
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live import surprise
-from testbed.estimation.live.doubt import DOUBTED
+from testbed.estimation.live.fusion import VERTICAL_EQUATIONS
 from testbed.estimation.live.own_tuning import OwnTuning
 from testbed.machine.names import VERTICAL
 
 ALL = (
     *range(len(fu.CONSTANTS)),
     *(fu.DEVIATION + cylinder for cylinder in VERTICAL),
-    *(fu.BALANCE + equation for equation in DOUBTED),
+    *(fu.BALANCE + equation for equation in VERTICAL_EQUATIONS),
 )
 """Unknowns that surprise is reckoned from."""
 WORTH = 2.0
@@ -92,7 +92,7 @@ def test_a_zero_that_is_set_free_is_explained() -> None:
 def test_what_the_moment_shows_is_a_mean_over_the_memory() -> None:
     """One balance that errs by ten standard deviations among a hundred that do not."""
     calm, upset = believed(), believed()
-    upset["x"][fu.BALANCE + DOUBTED[0]] = 30.0
+    upset["x"][fu.BALANCE + VERTICAL_EQUATIONS[0]] = 30.0
     numbers = surprise.SurpriseNumbers.one(worth=WORTH, memory=8.0)[0]
     state = surprise.SurpriseState.zeros()[0]
     for filter_ in (*[calm] * 99, upset):

@@ -1,10 +1,10 @@
-"""Whether something that no sensor reads carries the body: its belly, a prop under it. Compiled.
+"""Whether something that no sensor measures carries the body: its belly, a prop under it. Compiled.
 
-Feet, ropes and drill then do not add up to the weight: what the balance misses is a force upward,
-far larger than all that is unsure together, and its line of action runs through the belly. (A
-sensor that lies leaves a force at its own foot, outside: see faulty_sensor.py.) While it is so the
-balance says nothing of the feet: nothing is learnt from it, and each foot is as unsure as its own
-cylinders leave it; while it only seems so, nothing lasting is learnt.
+Feet, ropes and drill then do not add up to the weight. The residual of the balance is an upward
+force, far larger than its uncertainty, whose line of action runs through the belly. (A sensor that
+reads wrong leaves a force at its own foot, outside the belly: see faulty_sensor.py.) While
+something else carries, the balance says nothing about the feet: it is not used, and each foot is as
+uncertain as its own cylinders leave it. While that is only suspected, constants are not learnt.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ from testbed.estimation.live import fusion as fu
 from testbed.formats.records import Record, quantity
 
 SHARE = 0.05
-"""Of the weight: no machine is lighter than believed by so much (E)."""
+"""Least upward force, share of the weight: no machine is lighter than believed by so much (E)."""
 OPENS, CLOSES = 5.0, 2.0
 """Standard deviations of the missing force beyond which something else carries, and below which it
 no longer does (E).
 """
 TURNS_S = 0.2
-"""For so long it must be beyond, or below: longer than a foot takes to touch down (E)."""
+"""Time for which it must be beyond, or below: longer than a foot takes to touch down (E)."""
 
 
 ALONG, ASIDE, UP, ABOUT_X, ABOUT_Y = (
     fu.WRENCH.index(name) for name in ("fx", "fy", "fz", "tx", "ty")
 )
-"""Places of the balance's equations."""
+"""Places of these equations in WRENCH."""
 
 
 class Support(Record):
-    """What is remembered."""
+    """What is concluded so far."""
 
     carries = quantity("1", "1 while something else carries, else 0")
-    otherwise = quantity("s", "for how long that has seemed otherwise")
+    otherwise = quantity("s", "for how long the opposite of `carries` has seemed true")
 
 
 @njit
@@ -64,7 +64,7 @@ def something_else_carries(rows: Any, wrench: Any, variance: float, body: Any, s
 
 @njit
 def left_over(fusion: Any, row: Any, missing: float) -> float:
-    """What is missing of one equation beyond what is learnt; row (N)."""
+    """Residual of one equation after what is learnt; row (N): of the unknowns."""
     for index in range(fu.N):
         missing -= row[index] * fusion.x[index]
     return missing

@@ -28,10 +28,9 @@ from typing import Any
 
 from testbed.compiled import njit
 from testbed.estimation.live import fusion as fu
+from testbed.estimation.live.fusion import VERTICAL_EQUATIONS
 from testbed.machine.names import LEGS, VERTICAL
 
-DOUBTED = (2, 3, 4)
-"""Rows of the balance (force x, y, z, moment x, y, z) that vertical cylinders make up."""
 NONE = 1.0
 """The balance is believed."""
 MOST = 100.0
@@ -54,7 +53,7 @@ def widen_balance(sizes: Any, doubt: float) -> None:
     """
     for equation in range(len(sizes.balance_sd)):
         sizes.doubted_sd[equation] = sizes.balance_sd[equation]
-    for equation in DOUBTED:
+    for equation in VERTICAL_EQUATIONS:
         sizes.doubted_sd[equation] *= doubt
 
 
@@ -73,7 +72,7 @@ def cost_of_balance(fusion: Any) -> float:
         alike += sizes.alike[leg] / len(LEGS)
     common = alike / (1.0 + (len(LEGS) - 1) * alike)
     cost = (squares - common * total**2) / (1.0 - alike)
-    for equation in DOUBTED:
+    for equation in VERTICAL_EQUATIONS:
         cost += (x[fu.BALANCE + equation] / sizes.doubted_sd[equation]) ** 2
     return float(cost)
 

@@ -1,20 +1,21 @@
-"""What the whole-body estimate learns, and the Kalman filter that learns it. Compiled.
+"""The Kalman filter of the whole-body estimate: its unknowns, and how it learns them. Compiled.
 
-A cylinder's force is off by its sensors' zero and by what its friction differs from the believed:
-by a constant for each way it slides, by a share of the load across the rod, and by what friction
-does beside that. The body's balance is off by weight and centre of mass that are not those of the
-drawing, by ropes and load pins, and by the inertial unit's bracket. `Unknowns` names all of it;
-most are constants, known beforehand to the tolerances of a machine as built or to the intervals of
-its commissioning, and one filter keeps what is learnt of them together with how sure it is. What
-nothing shows stays as wide as it was. Three things are observed (whole_body.py):
-- the body's balance: foot forces, weight, ropes and drill add up to nothing, forces and moments (6
+The force computed from a cylinder's pressures is wrong by the zero of its sensors and by errors of
+the believed friction: a constant for each direction of sliding, a share of the load across the rod,
+and a deviation that changes with time. The balance of the body is wrong by errors of mass and
+centre of mass, of rope directions and load pins, and of the angle at which the inertial unit is
+mounted. `Unknowns` lists all of them. Most are constants; their prior standard deviations are the
+tolerances of a machine as built, or the intervals of its commissioning. An unknown that no
+observation depends on keeps its prior. Observed are (whole_body.py):
+- the balance of the body: foot forces, weight, ropes and drill sum to zero, forces and moments (6
   equations);
-- a foot in the air carries nothing (3 equations a leg): moving both ways, this tells the zero from
-  friction;
-- friction stays in its set: the deviation is cut off at its ends.
-`balance` is what the balance is off by for a moment: it fades within a fraction of a second, so
-that a thousand balances do not make a certainty. Zeros have heavy tails: where the balance blames
-one cylinder alone (faulty_sensor.py), its zero is set free.
+- a foot in the air carries nothing (3 equations a leg); pistons that move in both directions then
+  tell their zero from their friction;
+- friction lies in its set: a deviation is cut off at the ends.
+The unknown `balance` is a momentary error of the balance that decays within a fraction of a second:
+without it a thousand balances in a row would make the filter certain of a wrong answer. Zeros have
+heavy tails: where the balance blames one cylinder alone (faulty_sensor.py), its zero is freed, and
+learnt from a prior as wide as the error that was found.
 """
 
 from __future__ import annotations
@@ -30,6 +31,10 @@ from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+"""The six equations of the body's balance: forces along its axes, moments about them."""
+VERTICAL_EQUATIONS = tuple(WRENCH.index(name) for name in ("fz", "tx", "ty"))
+"""Places in WRENCH of the three equations that the vertical cylinders dominate."""
+VERTICAL_WRENCH = tuple(WRENCH[place] for place in VERTICAL_EQUATIONS)
 
 
 class Constants(Record):
@@ -75,10 +80,8 @@ MASS, MOMENT, UNIT = place("mass"), place("moment"), place("unit")
 AZIMUTH, ELEVATION = place("azimuth"), place("elevation")
 PIN_GAIN, PIN_ZERO, ROPE_HEIGHT = place("pin_gain"), place("pin_zero"), place("rope_height")
 DEVIATION, BALANCE = place("deviation"), place("balance")
-SEEN = ("fz", "tx", "ty")
-"""Of the balance, what vertical cylinders make up."""
 FREED_S = 30.0
-"""A zero that is set free wanders by its own size within this time: it may be a gain (E)."""
+"""A freed zero may change by its own size within this time: it may be a wrong gain (E)."""
 
 
 class Sizes(Record):
@@ -105,8 +108,12 @@ class Sizes(Record):
 class Suspicion(Record):
     """What the body's balance says of its sensors (faulty_sensor.py)."""
 
-    missing = quantity("N", "of the balance along z and about x and y (moments N m)", per=SEEN)
-    spread = quantity("N2", "its covariance on a sound machine", per=(SEEN, SEEN))
+    missing = quantity(
+        "N", "of the balance along z and about x and y (moments N m)", per=VERTICAL_WRENCH
+    )
+    spread = quantity(
+        "N2", "its covariance on a sound machine", per=(VERTICAL_WRENCH, VERTICAL_WRENCH)
+    )
     known = quantity("N", "standard deviations of the unknowns beforehand", per=NAMES)
     age = quantity("s", "for how long it has been looked at")
     memory = quantity("s", "over which means are taken")
@@ -119,7 +126,7 @@ class Fusion(Record):
     x = quantity("N", "Unknowns", per=NAMES)
     p = quantity("N2", "their covariance", per=(NAMES, NAMES))
     fixed = quantity("N2", "what of it the constants make, without noise", per=(NAMES, NAMES))
-    blamed = quantity("N", "how far a zero is off that is set free; 0: it is not", per=AXES)
+    blamed = quantity("N", "size of a freed zero; 0: it is not freed", per=AXES)
     suspicion = part(Suspicion, "of its sensors")
     sizes = part(Sizes, "expected")
 
@@ -132,8 +139,8 @@ def is_freed(fusion: Any, i: int) -> bool:
 
 @njit
 def start(fusion: Any, known: Any) -> None:
-    """Nothing is known beyond the expected sizes; known: standard deviations of the CONSTANTS. A
-    zero that was set free stays so.
+    """Start from the prior; known: standard deviations of the CONSTANTS. A freed zero stays
+    freed.
     """
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
     for index in range(N):
@@ -208,8 +215,9 @@ def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) 
     """Learn from h . x = y with variance r; beyond `gate` standard deviations r grows until it
     fits. Returns y - h . x over its standard deviation.
 
-    Where it does not learn, constants are considered (Schmidt), but for zeros that are set free:
-    they stay as they are, and what is not known of them is not known of the others either.
+    learns: whether constants are learnt too. Otherwise they are considered states of a
+    Schmidt-Kalman filter, all but freed zeros: they keep their values, and their uncertainty
+    enters that of the others.
     """
     x, p, fixed = fusion.x, fusion.p, fusion.fixed
     ph, gain, fixed_h = np.zeros(N), np.zeros(N), np.zeros(N)
@@ -241,9 +249,9 @@ def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) 
 
 @njit
 def stay_in_sets(fusion: Any) -> None:
-    """Bring deviations back to the ends of their sets. What they lose, the balance's own error and
-    zeros that are set free take, each by how unsure it is, so that what was observed stays
-    explained.
+    """Bring deviations that lie outside their sets back to the ends. What they lose goes to the
+    momentary error of the balance and to freed zeros, by their covariances with it, so that what
+    was observed stays explained.
     """
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
     for index in range(12):

@@ -1,21 +1,21 @@
-"""How much further from its belief the machine seems to be than its tolerances or its commissioning
-say. Compiled.
+"""Surprise: by how much the machine differs from what is believed of it more than its tolerances,
+or its commissioning, allow. Compiled.
 
-The filter knows beforehand how far each unknown may be off: s, its standard deviation. What it
-finds of it, x, and the variance P that is left are then such that, on a machine as it was believed,
+Each unknown of the filter has a prior standard deviation s. If the machine is as believed, the
+estimate x and the posterior variance P satisfy
 
     mean of sum (x / s)^2  =  sum (1 - P / s^2)
 
-whatever is observed: what nothing shows adds nothing to either side. A machine with half a tonne
-that nobody declared, or ropes three degrees from where they were surveyed, makes the left side
-larger. How much more each s should have been is then not known exactly, but by an inverse gamma
-distribution; with a prior worth `worth` unknowns that the machine is as believed, its mean is about
+whatever is observed; an unknown that nothing reveals adds nothing to either side. On a machine with
+an undeclared half tonne, or with ropes three degrees from where they were surveyed, the left side
+is larger. Let all s^2 be too small by one common factor. With an inverse gamma prior that weighs as
+much as `worth` unknowns, the posterior mean of that factor is about
 
     surprise = (worth + sum (x / s)^2) / (worth + sum (1 - P / s^2))
 
-Constants enter as they are now, friction's deviations at the vertical pistons and the errors of the
-balance as means over `memory`. Where the surprise is more than 1, intervals are wider by its square
-root. A zero that is set free (faulty_sensor.py) is explained, and left out.
+Constants enter as they are now; friction's deviations at the vertical pistons and the errors of the
+balance enter as means over `memory`. Where the surprise exceeds 1, intervals are wider by its
+square root. A freed zero (faulty_sensor.py) is explained, and left out.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from typing import Any
 
 from testbed.compiled import njit
 from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.doubt import DOUBTED
+from testbed.estimation.live.fusion import VERTICAL_EQUATIONS
 from testbed.formats.records import Record, quantity
 from testbed.machine.names import VERTICAL
 
@@ -86,7 +86,7 @@ def of_moment(fusion: Any) -> tuple[float, float]:
         square, share = share_found(x[k], p[k, k], sizes.spread[cylinder] ** 2)
         found += square
         expected += share
-    for equation in DOUBTED:
+    for equation in VERTICAL_EQUATIONS:
         k = fu.BALANCE + equation
         square, share = share_found(x[k], p[k, k], sizes.doubted_sd[equation] ** 2)
         found += square

@@ -1,13 +1,13 @@
-"""How much of what the filter does not know of friction an interval tells. Compiled.
+"""Which share of the filter's standard deviation an interval reports. Compiled.
 
-The filter of fusion.py lets friction at rest be anywhere in its set. What is true of it depends on
-what the piston has been through, and intervals tell that:
-- one that has not slid since the start may be stuck anywhere (`stuck`); loads that have gone up and
-  down by about the width of its set have led it towards the middle (`led`);
-- one that has come to rest keeps the friction it stopped with, which is known (`stopped`), until
-  changes of its load have bent the seal this way and that (`loaded`);
-- one that has begun to slide still bends its seal and its oil (`begun`); after `begun_s` it has the
-  friction of sliding (`sliding`).
+The filter of fusion.py takes friction at rest to be anywhere in its set. How uncertain it really is
+depends on what the piston has been through:
+- a piston that has not slid since the start may be stuck anywhere in the set (`stuck`); once its
+  load has gone up and down by about the width of the set, friction is nearer to the middle (`led`);
+- a piston that has come to rest keeps the friction it stopped with, which is known (`stopped`),
+  until changes of its load have bent the seal back and forth (`loaded`);
+- a piston that has just begun to slide still deforms its seal and compresses its oil (`begun`);
+  after `begun_s` it has the friction of sliding (`sliding`).
 Each is a share of the filter's standard deviation. The estimate itself does not depend on them.
 """
 
@@ -21,13 +21,15 @@ from testbed.formats.records import Record, quantity
 
 
 class ToldShares(Record):
-    """Of the filter's standard deviation of a load by friction, what an interval tells."""
+    """Shares of the filter's standard deviation of a load that an interval reports: of the part
+    that friction makes, where it does not say otherwise.
+    """
 
     sliding = quantity("1", "while the vertical piston slides, once it has done so for long")
     begun = quantity("1", "when it has just begun to")
     begun_s = quantity("s", "over which one becomes the other")
     constants = quantity("1", "of what the machine's constants make, while it slides for long")
-    resting = quantity("1", "of the same while it does not slide")
+    resting = quantity("1", "the same while it does not slide")
     stopped = quantity("1", "just after it came to rest")
     loaded = quantity("1", "once its force has gone over `loaded_within` since")
     stuck = quantity("1", "while it has not slid since the start")
@@ -37,7 +39,7 @@ class ToldShares(Record):
 
 
 class ForceRange(Record):
-    """Between which ends a piston's force has gone since it last slid, or since the start."""
+    """Range of a piston's force since it last slid, or since the start."""
 
     low = quantity("N", "lowest force of the piston, friction included")
     high = quantity("N", "highest")
@@ -46,8 +48,8 @@ class ForceRange(Record):
 
 @njit
 def follow_force(force: float, slides: float, ends: Any) -> None:
-    """Take a piston's force (N) into its ForceRange; slides (0 to 1): AxisState. A missing force
-    teaches nothing.
+    """Extend a piston's ForceRange by its force (N), or begin it anew while it slides. A missing
+    force changes nothing. slides (0 to 1): as in AxisState.
     """
     if not math.isfinite(force):
         return
@@ -59,15 +61,15 @@ def follow_force(force: float, slides: float, ends: Any) -> None:
 
 @njit
 def just_begun(axis: Any, shares: Any) -> float:
-    """How much a piston (AxisState) that slides has only just begun to, 1 to 0."""
+    """1 for a piston (AxisState) that begins to slide now, falling to 0 as it slides on."""
     return math.exp(-axis.slid / shares.begun_s)
 
 
 @njit
 def told_of_constants(axis: Any, shares: Any) -> float:
-    """Of the filter's standard deviation of a load by the machine's constants, what an interval
-    tells: all of it when the piston (AxisState) has begun to slide, less while it slides on and
-    shows them, more while nothing shows them.
+    """Reported share of the standard deviation that the machine's constants make: all of it when
+    the piston (AxisState) has just begun to slide, less while it slides on and reveals them, more
+    at rest, where nothing reveals them.
     """
     if axis.slides <= 0.0:
         return float(shares.resting)
@@ -76,8 +78,8 @@ def told_of_constants(axis: Any, shares: Any) -> float:
 
 @njit
 def told_of_friction(axis: Any, ends: Any, noise_n: float, shares: Any) -> float:
-    """Of the filter's standard deviation of a load by the friction of a piston (AxisState), what an
-    interval tells; ends: its ForceRange, of which `noise_n` is noise.
+    """Reported share of the standard deviation that the friction of a piston (AxisState) makes;
+    ends: its ForceRange, of which `noise_n` is noise.
     """
     if axis.slides > 0.0:
         begun = just_begun(axis, shares)

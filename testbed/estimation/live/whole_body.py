@@ -256,7 +256,7 @@ def balance_body(
         faulty_sensor.take_balance(rows, wrench, variance, reach, state.fusion)
     shows = slides and row.ordered_thrust == 0.0
     for equation in range(6):
-        learns = equation in faulty_sensor.SEEN and shows
+        learns = equation in fu.VERTICAL_EQUATIONS and shows
         if learns:
             variance[equation] *= 1.0 + (UNSTEADY * state.unsteady) ** 2 / body.force_variance
         missing, error = wrench[equation], variance[equation]
