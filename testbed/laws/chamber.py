@@ -27,7 +27,7 @@ finds q; the axes fill it in.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from testbed.compiled import njit_law
 from testbed.laws.holding import NO_HOLDING, held_port
@@ -35,6 +35,7 @@ from testbed.laws.oil import (
     ATMOSPHERE_PA,
     POLYTROPIC,
     VAPOUR_PA,
+    OilParameters,
     enthalpy,
     enthalpy_with_gas,
     gas_volume,
@@ -44,11 +45,23 @@ from testbed.laws.oil import (
 )
 from testbed.laws.orifice import PortFlow, orifice
 
+if TYPE_CHECKING:
+    from testbed.laws.hydraulics import (
+        AxisInput,
+        AxisParameters,
+        AxisState,
+        AxisWork,
+        Chamber,
+        ChamberParameters,
+        ChamberWork,
+    )
+
+
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
 
 @njit_law
-def begin(axis: Any, p: Any, rod: Any, h: float, work: Any) -> None:
+def begin(axis: AxisState, p: AxisParameters, rod: AxisInput, h: float, work: AxisWork) -> None:
     """Fill the constants of a call for one axis, and its pressures at the start.
 
     axis: AxisState, p: AxisParameters, rod: AxisInput of hydraulics.py; work: AxisWork.
@@ -71,7 +84,14 @@ def begin(axis: Any, p: Any, rod: Any, h: float, work: Any) -> None:
 
 
 @njit_law(forceinline=True)
-def begin_chamber(chamber: Any, own: Any, p: Any, work: Any, w: Any, leaking: float) -> None:
+def begin_chamber(
+    chamber: Chamber,
+    own: ChamberParameters,
+    p: AxisParameters,
+    work: AxisWork,
+    w: ChamberWork,
+    leaking: float,
+) -> None:
     """Hose and oil of one chamber at the start of a call; own: ChamberParameters, w: ChamberWork;
     leaking: leakage over the declared one.
     """
@@ -101,7 +121,9 @@ def inverses(
 
 
 @njit_law(forceinline=True)
-def settle(chamber: Any, w: Any, guess: float, oil: Any, work: Any) -> None:
+def settle(
+    chamber: Chamber, w: ChamberWork, guess: float, oil: OilParameters, work: AxisWork
+) -> None:
     """Pressure of one chamber from its oil and volume, and what follows from it, into Chamber and
     ChamberWork.
 
@@ -121,7 +143,7 @@ def settle(chamber: Any, w: Any, guess: float, oil: Any, work: Any) -> None:
 
 @njit_law
 def pressure_in(
-    w: Any, held: float, guess: float, near: float, oil: Any, work: Any
+    w: ChamberWork, held: float, guess: float, near: float, oil: OilParameters, work: AxisWork
 ) -> tuple[float, float, float]:
     """Pressure (Pa), gas volume and nu of `held` m3 of oil in a chamber, however far they moved;
     near: its last pressure.
@@ -134,7 +156,15 @@ def pressure_in(
 
 
 @njit_law(forceinline=True)
-def port(p: float, ps: float, pt: float, chamber: Any, w: Any, o: float, o_next: float) -> PortFlow:
+def port(
+    p: float,
+    ps: float,
+    pt: float,
+    chamber: ChamberParameters,
+    w: ChamberWork,
+    o: float,
+    o_next: float,
+) -> PortFlow:
     """One port at pressure p between supply ps and tank pt, Pa, while its opening goes from o to
     `o_next`.
 
@@ -171,7 +201,14 @@ def port(p: float, ps: float, pt: float, chamber: Any, w: Any, o: float, o_next:
 
 @njit_law
 def first_stage(
-    axis: Any, p: Any, w: Any, o: float, o_next: float, ps: float, pt: float, h: float
+    axis: AxisState,
+    p: AxisParameters,
+    w: AxisWork,
+    o: float,
+    o_next: float,
+    ps: float,
+    pt: float,
+    h: float,
 ) -> None:
     """Flows and slopes of one axis at the substep's start; rates as y + u q.
 
@@ -231,7 +268,14 @@ def first_stage(
 
 @njit_law
 def second_stage(
-    axis: Any, p: Any, w: Any, o: float, q: float, ps: float, pt: float, h: float
+    axis: AxisState,
+    p: AxisParameters,
+    w: AxisWork,
+    o: float,
+    q: float,
+    ps: float,
+    pt: float,
+    h: float,
 ) -> None:
     """Fill in q, then the flows of one axis at the substep's end on the first stage's prediction;
     see `first_stage`.
@@ -290,7 +334,13 @@ def second_stage(
 
 @njit_law(forceinline=True)
 def second_hose_flow(
-    chamber: Any, own: Any, w: Any, work: Any, p: float, first: float, h: float
+    chamber: Chamber,
+    own: ChamberParameters,
+    w: ChamberWork,
+    work: AxisWork,
+    p: float,
+    first: float,
+    h: float,
 ) -> float:
     """Flow into a chamber's hose in the second stage, m3/s, without what its rate adds; p:
     predicted, Pa.
@@ -304,7 +354,9 @@ def second_hose_flow(
 
 
 @njit_law(forceinline=True)
-def predicted(chamber: Any, w: Any, rate: float, h: float, oil: Any, work: Any) -> float:
+def predicted(
+    chamber: Chamber, w: ChamberWork, rate: float, h: float, oil: OilParameters, work: AxisWork
+) -> float:
     """Pressure of a chamber at the substep's end if the rate of its oil holds, Pa; its volume
     advances.
     """
@@ -321,7 +373,13 @@ def predicted(chamber: Any, w: Any, rate: float, h: float, oil: Any, work: Any) 
 
 @njit_law(forceinline=True)
 def close_chamber(
-    chamber: Any, own: Any, w: Any, work: Any, q: float, h: float, oil: Any
+    chamber: Chamber,
+    own: ChamberParameters,
+    w: ChamberWork,
+    work: AxisWork,
+    q: float,
+    h: float,
+    oil: OilParameters,
 ) -> tuple[float, float, float]:
     """Fill in the second q and move a chamber's oil: oil that entered, its heat content (J), oil
     into the hose.
@@ -341,7 +399,13 @@ def close_chamber(
 
 @njit_law
 def close_step(
-    axis: Any, p: Any, w: Any, q: float, supply_enthalpy: float, tank_enthalpy: float, h: float
+    axis: AxisState,
+    p: AxisParameters,
+    w: AxisWork,
+    q: float,
+    supply_enthalpy: float,
+    tank_enthalpy: float,
+    h: float,
 ) -> tuple[float, float]:
     """Fill in the second q and move the oil of one axis; its pressures are then those at the
     substep's end.
@@ -359,13 +423,15 @@ def close_step(
 
 
 @njit_law(forceinline=True)
-def kept_by_hoses(axis: Any, p: Any, w: Any) -> float:
+def kept_by_hoses(axis: AxisState, p: AxisParameters, w: AxisWork) -> float:
     """Energy that the hoses of one axis took in since `begin`, J."""
     return float(kept_by_hose(axis.a, p.a, w.a, p.oil) + kept_by_hose(axis.b, p.b, w.b, p.oil))
 
 
 @njit_law(forceinline=True)
-def kept_by_hose(chamber: Any, own: Any, w: Any, oil: Any) -> float:
+def kept_by_hose(
+    chamber: Chamber, own: ChamberParameters, w: ChamberWork, oil: OilParameters
+) -> float:
     """Energy that the hose of one chamber took in since `begin`, J."""
     if w.hose_conductance <= 0.0:
         return 0.0

@@ -10,7 +10,6 @@ torque turns the body about -z.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
@@ -63,7 +62,7 @@ BLOW_WIDTH = 0.25
 
 
 @njit
-def axial_force(d: Any, phase0: float, phase1: float, gravity_along_axis: float) -> float:
+def axial_force(d: DrillLoads, phase0: float, phase1: float, gravity_along_axis: float) -> float:
     """Force on the body along its +z, N. d: DrillLoads; gravity_along_axis: g . z of the body, m/s2
     (negative).
     """

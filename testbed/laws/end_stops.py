@@ -8,7 +8,6 @@ missed.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from testbed.compiled import njit_law
 from testbed.formats.records import Record, quantity
@@ -57,7 +56,7 @@ def share_above(start: float, end: float) -> float:
 
 
 @njit_law
-def one_end(p: Any, gap: float, gap_end: float, approach: float) -> float:
+def one_end(p: EndParameters, gap: float, gap_end: float, approach: float) -> float:
     """Mean push away from one end, N, >= 0: a damper growing over the cushion's length, then a
     stop.
 
@@ -79,7 +78,9 @@ def one_end(p: Any, gap: float, gap_end: float, approach: float) -> float:
 
 
 @njit_law(forceinline=True)
-def end_force(p: Any, stroke: float, x: float, v: float, speed: float, dt: float) -> float:
+def end_force(
+    p: EndParameters, stroke: float, x: float, v: float, speed: float, dt: float
+) -> float:
     """Mean force of cushions and stops over dt, N, along +x.
 
     p: EndParameters; x: extension at the step's start, m, which changes at the rate v, m/s; speed:
@@ -96,7 +97,7 @@ def end_force(p: Any, stroke: float, x: float, v: float, speed: float, dt: float
 
 
 @njit_law
-def extra_force(p: Any, x: float, v: float, t: float, dt: float) -> float:
+def extra_force(p: ExtraForces, x: float, v: float, t: float, dt: float) -> float:
     """Mean over [t, t + dt] of `ExtraForces` p on the piston along +x, N: spring, narrow band,
     early cushion.
     """

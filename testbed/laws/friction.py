@@ -16,10 +16,14 @@ function of the distance alone: it relaxes exponentially, so the mean force has 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from testbed.compiled import njit_law
 from testbed.formats.records import Record, part, quantity
+
+if TYPE_CHECKING:
+    from testbed.laws.hydraulics import AxisInput
+
 
 SHORT_EXPONENT, SHORTEST_EXPONENT = 0.01, 1e-6
 """Exponents below which a series (accurate to 1e-10), or its first term, replaces the closed form,
@@ -141,9 +145,9 @@ def dwell_step(
 
 @njit_law(forceinline=True)
 def friction_step(
-    s: Any,
-    p: Any,
-    rod: Any,
+    s: SealState,
+    p: SealParameters,
+    rod: AxisInput,
     skipped: float,
     place: float,
     pressures: float,

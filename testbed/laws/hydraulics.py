@@ -14,18 +14,20 @@ substeps (chamber.py, supply.py).
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from testbed.compiled import njit_law
-from testbed.formats.records import Record, part, quantity
+from testbed.formats.arrays import Array
+from testbed.formats.records import Record, Records, part, quantity
 from testbed.laws.chamber import begin, close_step, first_stage, kept_by_hoses, second_stage
 from testbed.laws.end_stops import EndParameters, ExtraForces, end_force, extra_force
 from testbed.laws.friction import SealParameters, SealState, friction_step
 from testbed.laws.oil import ATMOSPHERE_PA, OilNear, OilParameters
 from testbed.laws.supply import (
     LOAD_SENSING,
+    PowerUnit,
+    SupplyState,
     SupplyWork,
     begin_supply,
     demand_step,
@@ -164,7 +166,13 @@ AXIS_WORK, SUPPLY_WORK = AxisWork.dtype, SupplyWork.dtype
 
 
 @njit_law
-def open_valves(axes: Any, params: Any, given: Any, h: float, openings: Any) -> None:
+def open_valves(
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    h: float,
+    openings: Array,
+) -> None:
     """Openings of all axes at the ends of the substeps, (n, substeps + 1)."""
     p = params[0].valve
     weights = spool_weights(p.frequency, p.damping, p.amplifier_lag, h)
@@ -185,7 +193,9 @@ def open_valves(axes: Any, params: Any, given: Any, h: float, openings: Any) -> 
 
 
 @njit_law
-def sensed_load(axes: Any, openings: Any, supply: Any, unit: Any) -> float:
+def sensed_load(
+    axes: Records[AxisState], openings: Array, supply: SupplyState, unit: PowerUnit
+) -> float:
     """Highest pressure among the chambers and traction devices connected to the supply, Pa
     absolute; 0 if there is none, or if the pump is not load-sensing.
     """
@@ -204,7 +214,9 @@ def sensed_load(axes: Any, openings: Any, supply: Any, unit: Any) -> float:
 
 
 @njit_law
-def sense(axes: Any, params: Any, a: Any, b: Any, h: float) -> None:
+def sense(
+    axes: Records[AxisState], params: Records[AxisParameters], a: Array, b: Array, h: float
+) -> None:
     """Transducers of all axes along the chambers' pressures a, b (n, substeps + 1)."""
     p = params[0].transducers
     weights = transducer_weights(p.pipe_frequency, p.pipe_damping, p.lag, h)
@@ -222,7 +234,7 @@ def sense(axes: Any, params: Any, a: Any, b: Any, h: float) -> None:
 
 
 @njit_law(forceinline=True)
-def mean_of_nodes(values: Any) -> float:
+def mean_of_nodes(values: Array) -> float:
     """Trapezoidal mean of values at the ends of equal intervals."""
     total = 0.5 * (values[0] + values[-1])
     for index in range(1, values.shape[0] - 1):
@@ -232,7 +244,13 @@ def mean_of_nodes(values: Any) -> float:
 
 @njit_law(forceinline=True)
 def rod_force(
-    axis: Any, p: Any, rod: Any, mean_a: float, mean_b: float, t: float, dt: float
+    axis: AxisState,
+    p: AxisParameters,
+    rod: AxisInput,
+    mean_a: float,
+    mean_b: float,
+    t: float,
+    dt: float,
 ) -> float:
     """Write the mean force, friction and end force of one axis over dt into the axis; returns the
     jump of its extension since the end of its last step, m.
@@ -258,7 +276,14 @@ def rod_force(
 
 @njit_law
 def rod_forces(
-    axes: Any, params: Any, given: Any, work: Any, a: Any, b: Any, t: float, dt: float
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    work: Records[AxisWork],
+    a: Array,
+    b: Array,
+    t: float,
+    dt: float,
 ) -> float:
     """Mean force of every axis over dt from the pressures a, b (n, substeps + 1) of its chambers;
     returns the work of the rods that friction, ends and hoses turned into heat, J.
@@ -276,7 +301,13 @@ def rod_forces(
 
 
 @njit_law
-def thin_oil(axes: Any, params: Any, viscosity: float, warmth: float, beyond: float) -> None:
+def thin_oil(
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    viscosity: float,
+    warmth: float,
+    beyond: float,
+) -> None:
     """Set two factors of every axis: `thinning` of viscous friction, `warmth` K above its reference
     temperature, and `leaking` of leakage, `beyond` K above its own.
     """
@@ -292,7 +323,13 @@ def thin_oil(axes: Any, params: Any, viscosity: float, warmth: float, beyond: fl
 
 @njit_law
 def hydraulic_step(
-    axes: Any, params: Any, given: Any, supply: Any, unit: Any, dt: float, substeps: int
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    supply: SupplyState,
+    unit: PowerUnit,
+    dt: float,
+    substeps: int,
 ) -> None:
     """Advance all axes and the power unit by dt in `substeps`, in place.
 

@@ -13,7 +13,6 @@ are absolute.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from testbed.compiled import njit_law
 from testbed.formats.records import Record, quantity
@@ -139,7 +138,7 @@ def pressure_near(
     oil: float,
     guess_pa: float,
     near_pa: float,
-    near: Any,
+    near: OilNear,
     per_bulk: float,
     air: float,
 ) -> tuple[float, float, float, bool]:

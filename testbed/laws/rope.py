@@ -23,9 +23,8 @@ start's tensions are as told.
 
 from __future__ import annotations
 
-from typing import Any
-
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 
 XYZ = ("x", "y", "z")
@@ -123,7 +122,7 @@ def unstrained_sagging(
 
 
 @njit
-def slip_through(rope: Any, hold_n: float) -> float:
+def slip_through(rope: Rope, hold_n: float) -> float:
     """Let a rope's tension fall to what its clamps hold, N, by paying out; returns the length that
     slipped, m.
     """
@@ -139,7 +138,7 @@ def slip_through(rope: Any, hold_n: float) -> float:
 
 
 @njit
-def rope_pull(rope: Any, attachment: Any, velocity: Any) -> float:
+def rope_pull(rope: Rope, attachment: Array, velocity: Array) -> float:
     """Force of a rope on the body in the world frame into rope.force, N; returns the tension, N.
 
     rope: Rope; attachment (3): world position, m; velocity (3): of the attachment, m/s. The damper

@@ -17,8 +17,6 @@ strength. Oil: the piston's area while hauling, the annulus going back.
 
 from __future__ import annotations
 
-from typing import Any
-
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
 
@@ -65,7 +63,7 @@ class TractionState(Record):
 
 
 @njit
-def pull_share(tension_n: float, supply_gauge_pa: float, n: Any) -> float:
+def pull_share(tension_n: float, supply_gauge_pa: float, n: TractionParameters) -> float:
     """Share of the wanted hauling rate that the device can do against a tension."""
     strength = supply_gauge_pa * n.area
     strength = min(max(strength, 0.0), n.rating)
@@ -73,7 +71,7 @@ def pull_share(tension_n: float, supply_gauge_pa: float, n: Any) -> float:
 
 
 @njit
-def goes_back_at_rest(s: Any, n: Any) -> bool:
+def goes_back_at_rest(s: TractionState, n: TractionParameters) -> bool:
     """Whether a device that holds the rope would go back if it were idle: one whose last whole
     stroke was the other way counts from the other end.
     """
@@ -82,7 +80,7 @@ def goes_back_at_rest(s: Any, n: Any) -> bool:
 
 
 @njit
-def _owed_rate(s: Any, n: Any, dt: float) -> float:
+def _owed_rate(s: TractionState, n: TractionParameters, dt: float) -> float:
     """Rate that makes up for what is owed within a step, as far as the device is quick enough."""
     rate = s.owed / dt
     return float(min(max(rate, -n.speed), n.speed))
@@ -90,7 +88,12 @@ def _owed_rate(s: Any, n: Any, dt: float) -> float:
 
 @njit
 def traction_step(
-    s: Any, n: Any, wanted_m_s: float, tension_n: float, supply_gauge_pa: float, dt: float
+    s: TractionState,
+    n: TractionParameters,
+    wanted_m_s: float,
+    tension_n: float,
+    supply_gauge_pa: float,
+    dt: float,
 ) -> float:
     """One step of a device; returns the rate of the rope's paid-out length, m/s (- hauls in).
 
@@ -117,7 +120,9 @@ def traction_step(
 
 
 @njit
-def _gripped(s: Any, n: Any, wanted_m_s: float, share: float, dt: float) -> float:
+def _gripped(
+    s: TractionState, n: TractionParameters, wanted_m_s: float, share: float, dt: float
+) -> float:
     """The moving clamp holds the rope: go, and begin to regrip at the stroke's end or when there is
     time for it.
     """
@@ -141,7 +146,9 @@ def _gripped(s: Any, n: Any, wanted_m_s: float, share: float, dt: float) -> floa
 
 
 @njit
-def oil_taken(s: Any, n: Any, rate_m_s: float, place_before_m: float, dt: float) -> float:
+def oil_taken(
+    s: TractionState, n: TractionParameters, rate_m_s: float, place_before_m: float, dt: float
+) -> float:
     """Flow from the supply, m3/s: the piston's side while it hauls, the annulus while it goes
     back.
     """

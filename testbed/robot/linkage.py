@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from testbed.compiled import njit
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import Record, Records, quantity
 from testbed.machine.frame_groups import RotationLinkage, SlideLinkage
 from testbed.machine.groups import SlideCylinder
 from testbed.machine.model import Axis, Machine
@@ -55,7 +55,7 @@ class Linkage(Record):
 
 
 @njit
-def length_of(position: float, linkage: Any) -> float:
+def length_of(position: float, linkage: Linkage) -> float:
     """L of a joint position (rad or m), m."""
     if linkage.kind == LEVER:
         product = linkage.anchor * linkage.lever * math.cos(linkage.neutral + position)
@@ -66,7 +66,7 @@ def length_of(position: float, linkage: Any) -> float:
 
 
 @njit
-def arm_of(position: float, linkage: Any) -> float:
+def arm_of(position: float, linkage: Linkage) -> float:
     """DL/dq at a joint position (rad or m): m/rad, or 1."""
     if linkage.kind == LEVER:
         distance = length_of(position, linkage)
@@ -79,7 +79,7 @@ def arm_of(position: float, linkage: Any) -> float:
 
 
 @njit
-def joint_of(extension: float, linkage: Any) -> float:
+def joint_of(extension: float, linkage: Linkage) -> float:
     """Joint position (rad or m) at an extension, m; nan where the pins cannot be that far apart."""
     length = extension + linkage.closed
     if linkage.kind == LEVER:
@@ -93,7 +93,9 @@ def joint_of(extension: float, linkage: Any) -> float:
 
 
 @njit
-def joint_to_cylinder(positions: Any, linkages: Any, extensions: Any, arms: Any) -> None:
+def joint_to_cylinder(
+    positions: Array, linkages: Records[Linkage], extensions: Array, arms: Array
+) -> None:
     """Fill `extensions` (n, m) and `arms` (n, m/rad or 1) from joint positions (n, rad and m) and
     their `Linkage` records (n).
     """
@@ -103,7 +105,9 @@ def joint_to_cylinder(positions: Any, linkages: Any, extensions: Any, arms: Any)
 
 
 @njit
-def _joint_to_cylinder_rows(positions: Any, linkages: Any, extensions: Any, arms: Any) -> None:
+def _joint_to_cylinder_rows(
+    positions: Array, linkages: Records[Linkage], extensions: Array, arms: Array
+) -> None:
     for index in range(positions.shape[0]):
         joint_to_cylinder(positions[index], linkages, extensions[index], arms[index])
 

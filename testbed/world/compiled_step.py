@@ -12,16 +12,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.control.valve_loop import valve_command
 from testbed.errors import SimulationFault
-from testbed.estimation.live.chain import step_chain
+from testbed.estimation.live.chain import ChainBelief, ChainState, step_chain
 from testbed.formats.arrays import Array
-from testbed.formats.records import Record, part
+from testbed.formats.records import Record, Records, part
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.parts import TICK_HZ
 from testbed.world import plant, sensing
+from testbed.world.board import Board
+from testbed.world.sensing import Noise
 
 if TYPE_CHECKING:
     from testbed.scenario.parts import Rates
@@ -72,7 +75,12 @@ class RecordedRow(Record):
 
 @njit
 def between_steps(
-    due: int, boards: Any, estimator: Any, noises: Any, row: Any, recorded: Any
+    due: int,
+    boards: Records[Board],
+    estimator: tuple[Records[ChainBelief], Records[ChainState]],
+    noises: Records[Noise],
+    row: Records[DataRow],
+    recorded: NDArray[Any],
 ) -> None:
     """Do the parts named by the flags `due`, after the engine steps that the board's clock counts.
 
@@ -101,7 +109,7 @@ def between_steps(
 
 
 @njit
-def control(row: Any, board: Any) -> None:
+def control(row: DataRow, board: Board) -> None:
     """Set points move on, and the valves get their commands."""
     dt = board.clock.control_step_s
     for index in range(12):

@@ -7,11 +7,12 @@ body. `board` is always one Board (board.py).
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.laws.coupling import centre_window
 from testbed.laws.drill import axial_force
 from testbed.laws.hydraulics import hydraulic_step
@@ -19,8 +20,10 @@ from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.rope import rope_pull, slip_through
 from testbed.laws.traction import oil_taken, traction_step
 from testbed.machine.names import GRAVITY_M_S2, JOINTS, LEGS, ROTATION, VERTICAL
+from testbed.recording.rows import TruthRow
 from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads.foot_forces import foot_forces, turn_z
+from testbed.world.board import Board, BodyState, EngineState
 
 RADIAL = JOINTS.index("radial")
 NO_TURN = 1e-12
@@ -37,7 +40,7 @@ class Quaternion(NamedTuple):
 
 
 @njit
-def quaternion_of(values: Any) -> Quaternion:
+def quaternion_of(values: Array) -> Quaternion:
     """The quaternion of an array xyzw (4)."""
     return Quaternion(values[0], values[1], values[2], values[3])
 
@@ -55,7 +58,7 @@ def turned_back(q: Quaternion, turn: Quaternion) -> Quaternion:
 
 
 @njit
-def rotation_matrix(quaternion: Any, out: Any) -> None:
+def rotation_matrix(quaternion: Array, out: Array) -> None:
     """Body-to-world rotation (3, 3) of a quaternion xyzw."""
     x, y, z, w = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
     out[0, 0], out[0, 1], out[0, 2] = (
@@ -76,7 +79,7 @@ def rotation_matrix(quaternion: Any, out: Any) -> None:
 
 
 @njit
-def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> None:
+def move_body(body: BodyState, engine: EngineState, turn: Array, dt: float, at_rest: bool) -> None:
     """Update a BodyState from the pose of the base's principal axes (EngineState), which are turned
     by `turn` (4, xyzw) against the body.
 
@@ -104,7 +107,7 @@ def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> No
 
 
 @njit
-def follow_engine(board: Any, at_rest: bool, feet: bool) -> None:
+def follow_engine(board: Board, at_rest: bool, feet: bool) -> None:
     """Update the body's pose and motion from the engine after a step (or, at rest, before the first
     one), and with `feet` the forces on the feet.
     """
@@ -138,7 +141,7 @@ def follow_engine(board: Any, at_rest: bool, feet: bool) -> None:
 
 
 @njit
-def add_cross(r: Any, f: Any, out: Any) -> None:
+def add_cross(r: Array, f: Array, out: Array) -> None:
     """Out += r x f."""
     out[0] += r[1] * f[2] - r[2] * f[1]
     out[1] += r[2] * f[0] - r[0] * f[2]
@@ -146,13 +149,13 @@ def add_cross(r: Any, f: Any, out: Any) -> None:
 
 
 @njit
-def along_body_z(force: Any, rotation: Any) -> float:
+def along_body_z(force: Array, rotation: Array) -> float:
     """Part of a force (3), world frame, along the body's z axis, N: the vertical joints' axis."""
     return float(force[0] * rotation[0, 2] + force[1] * rotation[1, 2] + force[2] * rotation[2, 2])
 
 
 @njit
-def arm_of(board: Any, point: Any, arm: Any) -> None:
+def arm_of(board: Board, point: Array, arm: Array) -> None:
     """Way from the base's centre of mass to a point of the body frame (3), world frame, into `arm`
     (3).
     """
@@ -163,7 +166,7 @@ def arm_of(board: Any, point: Any, arm: Any) -> None:
 
 
 @njit
-def rope_step(board: Any, k: int) -> float:
+def rope_step(board: Board, k: int) -> float:
     """Rope k: haul and pull on the body. Adds to the given force and torque; returns oil taken,
     m3/s.
     """
@@ -197,7 +200,7 @@ def rope_step(board: Any, k: int) -> float:
 
 
 @njit
-def drill_step(board: Any) -> None:
+def drill_step(board: Board) -> None:
     """The drill's reaction on the body: adds to the given force and torque, leaves its own
     wrench.
     """
@@ -222,7 +225,7 @@ def drill_step(board: Any) -> None:
 
 
 @njit
-def move_rods(board: Any) -> None:
+def move_rods(board: Board) -> None:
     """Extension, rate and loads of the twelve rods from the joints and the foot forces.
 
     The rods run through where the engine has them, in the middle of the hydraulics' step:
@@ -247,7 +250,7 @@ def move_rods(board: Any) -> None:
 
 
 @njit
-def push_foot(board: Any, leg: int) -> None:
+def push_foot(board: Board, leg: int) -> None:
     """Somebody's force on a foot's underside, as what it does to the leg's joints and to the body:
     adds to the given torques and force.
     """
@@ -277,7 +280,7 @@ def push_foot(board: Any, leg: int) -> None:
 
 
 @njit
-def step_cylinders(board: Any) -> None:
+def step_cylinders(board: Board) -> None:
     """The hydraulics of all twelve cylinders and their supply, one step of the clock."""
     hydraulic_step(
         board.axes,
@@ -291,7 +294,7 @@ def step_cylinders(board: Any) -> None:
 
 
 @njit
-def plant_step(board: Any) -> None:
+def plant_step(board: Board) -> None:
     """From the engine's state to what the engine is given for the next step."""
     before, given = board.before, board.given
     for i in range(12):
@@ -317,7 +320,7 @@ def plant_step(board: Any) -> None:
 
 
 @njit
-def write_truth(row: Any, board: Any, t: float) -> None:
+def write_truth(row: TruthRow, board: Board, t: float) -> None:
     """Fill a TruthRow."""
     rotation, body, centre = board.rotation, board.body, board.base_centre
     row.t = t

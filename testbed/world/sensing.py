@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import math
 import zlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.groups import NARROWEST_LOOP, Sensor
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, SIDES
-from testbed.recording.rows import XYZ
+from testbed.recording.rows import XYZ, DataRow
 from testbed.scenario.parts import Sensors
+
+if TYPE_CHECKING:
+    from testbed.world.board import Board
+
 
 CHAMBERS = ("a", "b")
 """Transducers stand in an array (2, 12): chamber by axis."""
@@ -197,7 +202,7 @@ def counted(value: float, count: float) -> float:
 
 
 @njit
-def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Any) -> float:
+def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Transducer) -> float:
     """One reading of the Transducer s, Pa gauge, from the true gauge pressure."""
     s.shown = min(max(s.shown, true_pa - s.hysteresis), true_pa + s.hysteresis)
     gain = s.gain + s.thermal_gain * warm_k
@@ -212,7 +217,7 @@ def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Any) -> 
 
 
 @njit
-def sense(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
+def sense(row: DataRow, board: Board, noise: Noise, t: float, sample: int) -> None:
     """Fill the sensors' part of a DataRow from the Board, and the board's gravity_in_body as the
     inertial unit has it.
 
@@ -242,7 +247,7 @@ def sense(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
 
 
 @njit
-def sense_pressures(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
+def sense_pressures(row: DataRow, board: Board, noise: Noise, t: float, sample: int) -> None:
     """The transducers' readings into a DataRow."""
     warm = board.supply.temperature - board.sensors.calibrated_at
     slot = sample % DELAY_LENGTH
@@ -257,7 +262,7 @@ def sense_pressures(row: Any, board: Any, noise: Any, t: float, sample: int) -> 
 
 
 @njit
-def sense_motion(row: Any, board: Any, noise: Any) -> None:
+def sense_motion(row: DataRow, board: Board, noise: Noise) -> None:
     """The inertial unit, which sits at the body's origin, into a DataRow; gravity as it has it into
     the Board.
     """
@@ -297,7 +302,7 @@ def sense_motion(row: Any, board: Any, noise: Any) -> None:
 
 
 @njit
-def turn_into_unit(vector: Any, roll: float, pitch: float) -> None:
+def turn_into_unit(vector: Array, roll: float, pitch: float) -> None:
     """A vector (3) of the body frame, in place, as an inertial unit has it that is mounted
     Ry(pitch) Rx(roll).
     """

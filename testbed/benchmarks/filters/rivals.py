@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -152,7 +151,7 @@ class StudentT(kbf.Numbers):
 
 
 @njit
-def chi_square_step(state: Any, z: float, numbers: Any) -> float:
+def chi_square_step(state: KalmanState, z: float, numbers: ChiSquare) -> float:
     """One sample, used only if e^2 / (P + Q + R) <= limit.
 
     The gate widens as P grows, by Q a sample: for a step of several kN and the Q of a smooth filter
@@ -168,7 +167,7 @@ def chi_square_step(state: Any, z: float, numbers: Any) -> float:
 
 
 @njit
-def huber_step(state: Any, z: float, numbers: Any) -> float:
+def huber_step(state: KalmanState, z: float, numbers: Huber) -> float:
     """One sample; beyond c standard deviations an innovation pulls linearly less: R is replaced by
     R |r| / c where |r| = |e| / sqrt(P + Q + R) > c.
     """
@@ -182,7 +181,7 @@ def huber_step(state: Any, z: float, numbers: Any) -> float:
 
 
 @njit
-def saturated_step(state: Any, z: float, numbers: Any) -> float:
+def saturated_step(state: KalmanState, z: float, numbers: Saturated) -> float:
     """One sample; a far one pulls, but no more than one at the limit."""
     q, r = numbers.process_variance, numbers.measurement_variance
     if state.started == 0.0:
@@ -194,7 +193,7 @@ def saturated_step(state: Any, z: float, numbers: Any) -> float:
 
 
 @njit
-def student_t_step(state: Any, z: float, numbers: Any) -> float:
+def student_t_step(state: KalmanState, z: float, numbers: StudentT) -> float:
     """One sample, its noise's scale found by variational updates.
 
     Repeat: R_k = R (nu + (e^2 + P_k) / R) / (nu + 1), e = z - x_k; update (x_k, P_k) from the prior

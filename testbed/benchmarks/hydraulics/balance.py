@@ -19,9 +19,9 @@ from testbed.benchmarks.hydraulics.free_mass import FreeRig, Mass
 from testbed.benchmarks.hydraulics.reference import SET
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import Record, Records, quantity
 from testbed.laws.friction import stribeck_level
-from testbed.laws.hydraulics import AxisInput, hydraulic_step
+from testbed.laws.hydraulics import AxisInput, AxisParameters, AxisState, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, VAPOUR_PA, enthalpy, specific_volume
 from testbed.machine.build import build_machine
@@ -75,14 +75,14 @@ class Balance:
 
 @njit
 def work_loop(
-    axes: Any,
-    params: Any,
-    given: Any,
-    driven: Any,
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    driven: Records[Driven],
     unit: tuple[Any, Any],
     steps: int,
     substeps: int,
-    books: Any,
+    books: Books,
 ) -> None:
     """Masses on the rods (Driven), pushed and driven round their middle; unit: a SupplyState and
     its PowerUnit.

@@ -25,10 +25,11 @@ from testbed.benchmarks.hydraulics.reference import (
 )
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import Record, Records, quantity
 from testbed.laws.coupling import centre_window
-from testbed.laws.hydraulics import AxisInput, hydraulic_step
+from testbed.laws.hydraulics import AxisInput, AxisParameters, AxisState, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
+from testbed.laws.supply import PowerUnit, SupplyState
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
@@ -54,12 +55,12 @@ class Mass(Record):
 
 @njit
 def free_step(
-    axes: Any,
-    params: Any,
-    given: Any,
-    supply: Any,
-    unit: Any,
-    masses: Any,
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    supply: SupplyState,
+    unit: PowerUnit,
+    masses: Records[Mass],
     dt: float,
     substeps: int,
 ) -> None:
@@ -75,14 +76,14 @@ def free_step(
 
 @njit
 def free_run(
-    axes: Any,
-    params: Any,
-    given: Any,
-    supply: Any,
-    unit: Any,
-    masses: Any,
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    supply: SupplyState,
+    unit: PowerUnit,
+    masses: Records[Mass],
     dt: float,
-    told: Any,
+    told: Records[Told],
 ) -> None:
     """A step for every row of `told` (command, load): leaves the mean force in `force`, and where
     the rod then is.

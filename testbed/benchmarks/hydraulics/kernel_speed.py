@@ -24,8 +24,10 @@ from testbed.benchmarks.hydraulics.reference import (
 )
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
-from testbed.laws.hydraulics import AxisInput, hydraulic_step
+from testbed.formats.records import Records
+from testbed.laws.hydraulics import AxisInput, AxisParameters, AxisState, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
+from testbed.laws.supply import PowerUnit, SupplyState
 from testbed.scenario.parts import Rates
 from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
@@ -74,7 +76,13 @@ def walk(steps: int = 150) -> Walk:
 
 @njit
 def kernel_loop(
-    axes: Any, params: Any, given: Any, unit: tuple[Any, Any], moves: Any, substeps: int, out: Any
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    unit: tuple[SupplyState, PowerUnit],
+    moves: Array,
+    substeps: int,
+    out: Array,
 ) -> None:
     """Forces of every step into out (steps, n): the kernel called from compiled code, as the world
     does.

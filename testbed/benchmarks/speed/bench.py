@@ -155,19 +155,20 @@ def _parts(world: Any, steps: int) -> dict[str, float]:
     force, normal = np.zeros((4, 3)), np.zeros(4)
     hydraulics = _hydraulics()
 
+    board, estimator, noises, row = world._fixed
+
+    def compiled(due: int) -> None:
+        compiled_step.between_steps(due, board, estimator, noises, row, nowhere)
+
     def engine() -> None:
         machine.engine.apply(machine.boards["given"])
         machine.engine.step()
 
     jobs: dict[str, Callable[[], Any]] = {
         "hydraulics_us": lambda: hydraulics(boards, 1e-3, substeps),
-        "sensors_us": lambda: compiled_step.between_steps(
-            compiled_step.SENSE, *world._fixed, nowhere
-        ),
+        "sensors_us": lambda: compiled(compiled_step.SENSE),
         "noise_us": lambda: sensing.draw_noise(SAMPLES, *noise),
-        "estimators_us": lambda: compiled_step.between_steps(
-            compiled_step.ESTIMATE, *world._fixed, nowhere
-        ),
+        "estimators_us": lambda: compiled(compiled_step.ESTIMATE),
         "read_us": lambda: machine.engine.read(machine.boards["engine"]),
         "contacts_us": lambda: machine.engine.feet.forces(force, normal),
         "expected_us": world._expect,

@@ -14,12 +14,18 @@ that swings less than the others, hangs as well.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from testbed.compiled import njit
+from testbed.estimation.detectors.sample import Derived
 from testbed.formats.intervals import Z90
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import Record, Records, quantity
 from testbed.machine.names import LEGS
+from testbed.recording.rows import DataRow
+
+if TYPE_CHECKING:
+    from testbed.estimation.detectors.learned import FootMemory, ViewNumbers
+
 
 HELD = ("own", "carried")
 AHEAD, LEFT = (1.0, 1.0, -1.0, -1.0), (1.0, -1.0, 1.0, -1.0)
@@ -74,7 +80,13 @@ class Motion(Record):
 
 @njit
 def remember_motion(
-    row: Any, derived: Any, foot: int, numbers: Any, memory: Any, fresh: bool, dt: float
+    row: DataRow,
+    derived: Derived,
+    foot: int,
+    numbers: ViewNumbers,
+    memory: FootMemory,
+    fresh: bool,
+    dt: float,
 ) -> None:
     """One sample into `memory.motion` of a foot; memory: FootMemory, whose running means already
     hold it; numbers: ViewNumbers. A missing reading of the inertial unit changes nothing.
@@ -112,7 +124,9 @@ def remember_motion(
 
 
 @njit
-def view_of_motion(memories: Any, foot: int, numbers: Any, view: Any) -> None:
+def view_of_motion(
+    memories: Records[FootMemory], foot: int, numbers: ViewNumbers, view: MotionView
+) -> None:
     """Into a MotionView: what the motion of the body and of this foot says."""
     memory, unit = memories[foot], numbers.loss_force
     motion, means = memory.motion, memory.means

@@ -13,10 +13,11 @@ differ from `own` beyond that, over many seconds, is taken for the sensor's and 
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from testbed.compiled import njit
 from testbed.estimation.detectors.base import CompiledDetector, Hold
+from testbed.estimation.detectors.sample import Derived, Sample
 from testbed.formats.records import Record, quantity
 
 
@@ -49,7 +50,14 @@ def beyond(difference_n: float, break_away_n: float) -> float:
 
 
 @njit
-def step_on(own: float, derived: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+def step_on(
+    own: float,
+    derived: Derived,
+    foot: int,
+    numbers: CombinedNumbers,
+    state: CombinedState,
+    dt_s: float,
+) -> float:
     """One sample of one foot: the own estimate (N) and `Derived`."""
     share, slow = dt_s / (numbers.mean_time + dt_s), dt_s / (numbers.drift_time + dt_s)
     balance, carried = derived.balance[foot], derived.carried[foot]
@@ -65,7 +73,9 @@ def step_on(own: float, derived: Any, foot: int, numbers: Any, state: Any, dt_s:
 
 
 @njit
-def step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+def step(
+    sample: Sample, foot: int, numbers: CombinedNumbers, state: CombinedState, dt_s: float
+) -> float:
     """One sample of one foot."""
     own = sample.row.estimate.own[foot]
     return float(step_on(own, sample.derived, foot, numbers, state, dt_s))

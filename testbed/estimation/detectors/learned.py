@@ -33,11 +33,12 @@ from testbed.estimation.detectors.foot_history import (
     remember_history,
     view_of_history,
 )
-from testbed.estimation.detectors.sample import Sample
+from testbed.estimation.detectors.sample import Derived, Sample
 from testbed.formats.arrays import Array
 from testbed.formats.networks import Network, read_network
-from testbed.formats.records import Record, part, quantity
+from testbed.formats.records import Record, Records, part, quantity
 from testbed.machine.names import LEGS
+from testbed.recording.rows import DataRow
 
 # What the learned detector looks at: 70 numbers a foot, made of this sample and of memories of the
 # last ones, 22 of them in foot_history.py, 13 in body_motion.py; each goes by its name (`View`).
@@ -129,7 +130,9 @@ def _share(dt: float, time_s: float) -> float:
 
 
 @njit
-def remember(row: Any, derived: Any, foot: int, numbers: Any, memory: Any, dt: float) -> None:
+def remember(
+    row: DataRow, derived: Derived, foot: int, numbers: ViewNumbers, memory: FootMemory, dt: float
+) -> None:
     """One sample into the memory of one foot: DataRow, Derived, ViewNumbers -> FootMemory."""
     loads = (row.estimate.own[foot], derived.carried[foot], derived.balance[foot])
     means = memory.means
@@ -160,7 +163,9 @@ def remember(row: Any, derived: Any, foot: int, numbers: Any, memory: Any, dt: f
 
 
 @njit
-def remember_slowly(row: Any, loads: Any, foot: int, memory: Any, dt: float) -> None:
+def remember_slowly(
+    row: DataRow, loads: tuple[float, float, float], foot: int, memory: FootMemory, dt: float
+) -> None:
     """The same of side forces, of the balance and of what takes seconds; loads: own, carried,
     balance, N.
     """
@@ -185,7 +190,12 @@ def remember_slowly(row: Any, loads: Any, foot: int, memory: Any, dt: float) -> 
 
 @njit
 def update_views(
-    row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: Any
+    row: DataRow,
+    derived: Derived,
+    numbers: ViewNumbers,
+    memories: Records[FootMemory],
+    dt: float,
+    views: Records[View],
 ) -> None:
     """One sample: DataRow, Derived, FootMemory (4) -> View (4)."""
     unit = numbers.loss_force
@@ -266,7 +276,7 @@ def numbers_of(weights: Network, scale: Mapping[str, float], smooth_s: float) ->
 
 
 @njit
-def answer(view: Any, numbers: Any, wide: Any) -> float:
+def answer(view: Array, numbers: LearnedNumbers, wide: Array) -> float:
     """Log odds that a foot with this view is lost, mean of the members'; `wide` (WIDE) is
     scratch.
     """
@@ -286,7 +296,13 @@ def answer(view: Any, numbers: Any, wide: Any) -> float:
 
 @njit
 def _judge(
-    samples: Any, numbers: Any, memories: Any, dt: float, views: Any, table: Any, scores: Any
+    samples: Records[Sample],
+    numbers: Records[LearnedNumbers],
+    memories: Records[FootMemory],
+    dt: float,
+    views: Records[View],
+    table: Array,
+    scores: Array,
 ) -> None:
     """Samples (n,) -> scores (n, 4); views: View (4), scratch, and the same as a table."""
     wide = np.empty(WIDE)
@@ -302,7 +318,14 @@ def _judge(
             scores[n, foot] = memory.odds
 
 
-def views_over(samples: Any, scale: Any, memories: Any, dt: float, every: int, out: Any) -> None:
+def views_over(
+    samples: Records[Sample],
+    scale: Records[ViewNumbers],
+    memories: Records[FootMemory],
+    dt: float,
+    every: int,
+    out: NDArray[np.floating[Any]],
+) -> None:
     """For training every so many-th view of samples (n,) -> (n // every, 4, len(VIEW)); scale:
     ViewNumbers (1,).
     """
@@ -312,7 +335,14 @@ def views_over(samples: Any, scale: Any, memories: Any, dt: float, every: int, o
 
 @njit
 def _views_over(
-    samples: Any, scale: Any, memories: Any, dt: float, every: int, views: Any, table: Any, out: Any
+    samples: Records[Sample],
+    scale: Records[ViewNumbers],
+    memories: Records[FootMemory],
+    dt: float,
+    every: int,
+    views: Records[View],
+    table: Array,
+    out: NDArray[np.floating[Any]],
 ) -> None:
     for n in range(samples.shape[0]):
         update_views(samples[n].row, samples[n].derived, scale[0], memories, dt, views)

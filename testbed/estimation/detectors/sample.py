@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from testbed.estimation.cylinder import (
     EXTENDING,
     RETRACTING,
     Conditions,
+    Cylinder,
     break_away,
     extra_friction,
     friction_value,
@@ -22,12 +23,17 @@ from testbed.estimation.cylinder import (
     true_pressure,
 )
 from testbed.estimation.live import encoder
-from testbed.formats.records import Record, part, quantity
+from testbed.formats.arrays import Array
+from testbed.formats.records import Record, Records, part, quantity
 from testbed.laws.holding import NO_HOLDING, outlet_share
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import LEGS, VERTICAL
 from testbed.recording.rows import DataRow
 from testbed.robot.linkage import arm_of, length_of
+
+if TYPE_CHECKING:
+    from testbed.estimation.live.chain import ChainBelief
+
 
 # What detectors look at beside the estimates: loads that follow from this sample's measurements,
 # causal, four feet.
@@ -129,7 +135,7 @@ def _valve_of(machine: Machine, axis: Axis) -> NDArray[Any]:
 
 
 @njit
-def gravity_along(attitude: Any, gravity: float) -> float:
+def gravity_along(attitude: Array, gravity: float) -> float:
     """Gravity along extension of the vertical joints (-z of the body), m/s2, at roll, pitch,
     yaw.
     """
@@ -137,14 +143,14 @@ def gravity_along(attitude: Any, gravity: float) -> float:
 
 
 @njit
-def orifice(opening: float, drop_pa: float, valve: Any) -> float:
+def orifice(opening: float, drop_pa: float, valve: Valve) -> float:
     """Flow through an edge, m3/s: rated |o| sqrt(dp / rated drop), signed by dp."""
     size = valve.rated_flow * abs(opening) * math.sqrt(abs(drop_pa) / valve.rated_drop)
     return float(size if drop_pa >= 0.0 else -size)
 
 
 @njit
-def flows(spool: float, pa: float, pb: float, supply: float, valve: Any) -> tuple[float, float]:
+def flows(spool: float, pa: float, pb: float, supply: float, valve: Valve) -> tuple[float, float]:
     """Flow into A and into B, m3/s, from spool position, gauge pressures and leaks."""
     across, tank = valve.leakage * (pa - pb), valve.tank_pressure
     qa = valve.leakage_pa * (supply - pa) - valve.leakage_at * (pa - tank)
@@ -166,7 +172,7 @@ def flows(spool: float, pa: float, pb: float, supply: float, valve: Any) -> tupl
 
 
 @njit
-def held_share(opened: bool, kind: float, load_pa: float, pilot_pa: float, valve: Any) -> float:
+def held_share(opened: bool, kind: float, load_pa: float, pilot_pa: float, valve: Valve) -> float:
     """Share of the oil that leaves a port which a load-holding valve lets through; pressures over
     the tank's.
     """
@@ -180,9 +186,9 @@ def oil_travel(
     change: tuple[float, float],
     supply: float,
     extension: float,
-    state: Any,
-    c: Any,
-    valve: Any,
+    state: OilState,
+    c: Cylinder,
+    valve: Valve,
     dt: float,
 ) -> float:
     """How far (m) the piston moved while the pressures changed by `change` (A, B; Pa): see the
@@ -198,14 +204,14 @@ def oil_travel(
 
 
 @njit
-def derive(row: Any, belief: Any, states: Any, out: Any) -> None:
+def derive(row: DataRow, belief: ChainBelief, states: Records[OilState], out: Derived) -> None:
     """One sample: a DataRow with its estimates, the ChainBelief, OilState (4) -> Derived."""
     for leg in range(len(LEGS)):
         derive_leg(row, leg, belief, states[leg], out)
 
 
 @njit
-def derive_leg(row: Any, leg: int, belief: Any, state: Any, out: Any) -> None:
+def derive_leg(row: DataRow, leg: int, belief: ChainBelief, state: OilState, out: Derived) -> None:
     """One sample of one leg; a missing pressure leaves everything as it was."""
     axis, dt, mine = VERTICAL[leg], belief.dt, belief.legs[leg]
     c, valve = mine.cylinder, mine.valve
@@ -272,7 +278,12 @@ class Sampler:
 
 
 @njit
-def _derive_all(samples: Any, belief: Any, state: Any, last: Any) -> None:
+def _derive_all(
+    samples: Records[Sample],
+    belief: Records[ChainBelief],
+    state: Records[OilState],
+    last: Records[Derived],
+) -> None:
     for k in range(samples.shape[0]):
         derive(samples[k].row, belief[0], state, last[0])
         for leg in range(len(LEGS)):

@@ -7,8 +7,6 @@ shown.
 
 from __future__ import annotations
 
-from typing import Any
-
 from testbed.compiled import njit
 from testbed.estimation.filters import kbf
 from testbed.estimation.filters.base import over
@@ -23,7 +21,7 @@ class Numbers(kbf.Numbers):
 
 
 @njit
-def step(state: Any, z: float, numbers: Any) -> float:
+def step(state: KalmanState, z: float, numbers: Numbers) -> float:
     """One sample; one that is not a number is rejected."""
     if state.started == 0.0:
         return float(start(state, z, numbers.measurement_variance))

@@ -15,12 +15,11 @@ Three rules on top of the KBF:
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.estimation.filters import kbf
+from testbed.estimation.filters import modified_kbf
 from testbed.estimation.filters.base import over
 from testbed.estimation.filters.kbf import KalmanState, only_predict, predict_and_update, start
 from testbed.formats.records import Record, part, quantity
@@ -58,15 +57,14 @@ class PersistentState(Record):
     rejected = quantity("1", "share of samples outside the gate of late")
 
 
-class Numbers(kbf.Numbers):
+class Numbers(modified_kbf.Numbers):
     """The filter's constants."""
 
-    innovation_limit = quantity("N", "e_max: gate of a quiet load")
     hold_samples = quantity("1", "samples in a row outside the gate that are a true step")
 
 
 @njit
-def step(state: Any, z: float, numbers: Any) -> float:
+def step(state: PersistentState, z: float, numbers: Numbers) -> float:
     """One sample; one that is not a number only propagates P."""
     now, q, r = state.estimate, numbers.process_variance, numbers.measurement_variance
     if not np.isfinite(z):
@@ -96,7 +94,7 @@ def step(state: Any, z: float, numbers: Any) -> float:
 
 
 @njit
-def hold_back(state: Any, z: float, side: float, numbers: Any) -> None:
+def hold_back(state: PersistentState, z: float, side: float, numbers: Numbers) -> None:
     """Let the rejected sample join those before it on the same side, or open a new row of them."""
     q, r = numbers.process_variance, numbers.measurement_variance
     if state.count * side > WHOLE:

@@ -10,7 +10,7 @@ a set, in whose middle its likeliest value lies.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from testbed.compiled import njit
 from testbed.estimation.cylinder import (
@@ -18,6 +18,7 @@ from testbed.estimation.cylinder import (
     RETRACTING,
     Conditions,
     Cylinder,
+    Stribeck,
     chamber_pressure,
     clipped_reading_sd,
     extra_friction,
@@ -104,7 +105,7 @@ class Loads(NamedTuple):
 
 
 @njit
-def cushion_n(x: float, v: float, belief: Any) -> float:
+def cushion_n(x: float, v: float, belief: AxisBelief) -> float:
     """Declared end cushion, N along extension: a damper growing over the last stretch before either
     end.
     """
@@ -120,7 +121,7 @@ def cushion_n(x: float, v: float, belief: Any) -> float:
 
 
 @njit
-def end_forces_n(c: Any, x: float) -> float:
+def end_forces_n(c: Cylinder, x: float) -> float:
     """Offset, spring and cushion of a believed model, N along extension."""
     force = c.offset - c.spring_stiffness * (x - c.spring_rest)
     return float(force + c.cushion_stiffness * max(c.cushion_start - x, 0.0))
@@ -128,7 +129,12 @@ def end_forces_n(c: Any, x: float) -> float:
 
 @njit
 def conditions_of(
-    state: Any, belief: Any, decisions: Any, pressures: float, loads: Loads, oil_degc: float
+    state: AxisState,
+    belief: AxisBelief,
+    decisions: Decisions,
+    pressures: float,
+    loads: Loads,
+    oil_degc: float,
 ) -> Conditions:
     """What changes (5) now; a rest ages the contact on the way. `pressures`: pA + pB, Pa."""
     if decisions.knows_dependence == 0.0:
@@ -152,9 +158,9 @@ def step_axis(
     readings: tuple[float, float, float],
     loads: Loads,
     oil_degc: float,
-    decisions: Any,
-    belief: Any,
-    state: Any,
+    decisions: Decisions,
+    belief: AxisBelief,
+    state: AxisState,
 ) -> None:
     """One cylinder, one step into its AxisState: readings are both pressures Pa, extension m."""
     reading_a, reading_b, reading_m = readings
@@ -195,7 +201,9 @@ def step_axis(
 
 
 @njit
-def spread_n(v: float, width: float, friction: Any, now: Conditions, decisions: Any) -> float:
+def spread_n(
+    v: float, width: float, friction: Stribeck, now: Conditions, decisions: Decisions
+) -> float:
     """Standard deviation of friction, N: sliding at v (m/s), or somewhere in a set of this width
     (N).
     """
@@ -209,7 +217,7 @@ def spread_n(v: float, width: float, friction: Any, now: Conditions, decisions: 
 
 
 @njit
-def unsure(state: Any, decisions: Any) -> float:
+def unsure(state: AxisState, decisions: Decisions) -> float:
     """How much wider than long after a stop friction is spread over its set."""
     fresh = 1.0 + decisions.fresh_more * math.exp(-state.rested / decisions.fresh)
     if state.has_slid != 0.0:

@@ -10,11 +10,17 @@ uncertain as its own cylinders leave it. While that is only suspected, constants
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from testbed.compiled import njit
 from testbed.estimation.live import fusion as fu
+from testbed.estimation.live.fusion import Fusion
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
+
+if TYPE_CHECKING:
+    from testbed.estimation.live.body_records import BodyBelief, BodyState
+
 
 SHARE = 0.05
 """Least upward force, share of the weight: no machine is lighter than believed by so much (E)."""
@@ -40,7 +46,9 @@ class Support(Record):
 
 
 @njit
-def something_else_carries(rows: Any, wrench: Any, variance: float, body: Any, state: Any) -> bool:
+def something_else_carries(
+    rows: Array, wrench: Array, variance: float, body: BodyBelief, state: BodyState
+) -> bool:
     """Whether something else than feet, ropes and drill carries the body; counts for how long.
 
     rows (6, N) of the unknowns, wrench (6) that is missing with nothing learnt taken off, N and
@@ -63,7 +71,7 @@ def something_else_carries(rows: Any, wrench: Any, variance: float, body: Any, s
 
 
 @njit
-def left_over(fusion: Any, row: Any, missing: float) -> float:
+def left_over(fusion: Fusion, row: Array, missing: float) -> float:
     """Residual of one equation after what is learnt; row (N): of the unknowns."""
     for index in range(fu.N):
         missing -= row[index] * fusion.x[index]
@@ -71,7 +79,7 @@ def left_over(fusion: Any, row: Any, missing: float) -> float:
 
 
 @njit
-def within_belly(fusion: Any, rows: Any, wrench: Any, lift: float, body: Any) -> bool:
+def within_belly(fusion: Fusion, rows: Array, wrench: Array, lift: float, body: BodyBelief) -> bool:
     """Whether a force that closes the balance, `lift` (N) of it along z, acts through the belly."""
     along = -left_over(fusion, rows[ALONG], wrench[ALONG])
     aside = -left_over(fusion, rows[ASIDE], wrench[ASIDE])

@@ -15,11 +15,16 @@ whole body has (whole_body.py). The blows themselves are not known: beyond the r
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 from testbed.machine.names import LEGS
+
+if TYPE_CHECKING:
+    from testbed.estimation.live.body_records import BodyBelief
+
 
 MEMORY_S = 0.04
 """Time constant of the mean (E)."""
@@ -38,7 +43,9 @@ class AccelerationMemory(Record):
 
 
 @njit
-def add_fast_changes(specific_force: float, loads: Any, body: Any, state: Any) -> None:
+def add_fast_changes(
+    specific_force: float, loads: Array, body: BodyBelief, state: AccelerationMemory
+) -> None:
     """One step: add to the loads (4), N, what the body's acceleration shows of their fast changes.
 
     specific_force: of the body along z, m/s2; body: BodyBelief; state:
@@ -62,6 +69,6 @@ def add_fast_changes(specific_force: float, loads: Any, body: Any, state: Any) -
 
 
 @njit
-def share_carried(load: float, body: Any) -> float:
+def share_carried(load: float, body: BodyBelief) -> float:
     """How much of its part a foot of this mean load (N) takes, 0 to 1."""
     return float(min(max(load / body.carries, 0.0), 1.0))

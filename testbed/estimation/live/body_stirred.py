@@ -11,13 +11,18 @@ over the last MEMORY_S: the share is BEGUN when its piston has just begun to sli
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from testbed.compiled import njit
 from testbed.estimation.live.body_acceleration import share_carried
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 from testbed.machine.names import LEGS
 from testbed.recording.rows import XYZ
+
+if TYPE_CHECKING:
+    from testbed.estimation.live.body_records import BodyBelief
+
 
 MEMORY_S = 0.1
 """Time over which the standard deviation is taken (E)."""
@@ -34,7 +39,7 @@ class Stirred(Record):
 
 
 @njit
-def stir(specific_force: Any, dt: float, state: Any) -> None:
+def stir(specific_force: Array, dt: float, state: Stirred) -> None:
     """Update mean and variance by specific_force (3) of the body, m/s2, after dt (s); a missing
     sample changes nothing.
     """
@@ -52,7 +57,7 @@ def stir(specific_force: Any, dt: float, state: Any) -> None:
 
 
 @njit
-def moving_variance(load: float, begun: float, body: Any, state: Any) -> float:
+def moving_variance(load: float, begun: float, body: BodyBelief, state: Stirred) -> float:
     """Variance of a foot's load (N) while its piston slides, beside friction's, N2; begun:
     just_begun of told_friction.py; body: BodyBelief.
     """

@@ -8,12 +8,12 @@ body frame, N and N m; a column is the derivative of all six by one unknown.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.live import fusion as fu
+from testbed.estimation.live.body_records import BodyBelief, BodyState
 from testbed.estimation.live.wrench import (
     Pulls,
     View,
@@ -22,13 +22,17 @@ from testbed.estimation.live.wrench import (
     rope_direction,
     view_of,
 )
+from testbed.formats.arrays import Array
+from testbed.recording.rows import DataRow
 
 SMALL_RAD = 1.0e-4
 """Step of the numerical derivative by the misalignment of the inertial unit, rad."""
 
 
 @njit
-def write_body_wrench(row: Any, angular_acceleration: Any, body: Any, state: Any, rows: Any) -> Any:
+def write_body_wrench(
+    row: DataRow, angular_acceleration: Array, body: BodyBelief, state: BodyState, rows: Array
+) -> Array:
     """Return the believed wrench (6) of weight, ropes and drill on the body, N and N m, and write
     its derivatives by the filter's unknowns into rows (6, N).
     """
@@ -55,7 +59,7 @@ def write_body_wrench(row: Any, angular_acceleration: Any, body: Any, state: Any
 
 
 @njit
-def write_rope_errors(k: int, view: View, pulls: Pulls, body: Any, rows: Any) -> None:
+def write_rope_errors(k: int, view: View, pulls: Pulls, body: BodyBelief, rows: Array) -> None:
     """Write the derivatives of rope k's wrench by its unknowns into rows (6, N): azimuth and
     elevation, gain and zero of the load pin, height of the attachment.
     """
@@ -79,7 +83,7 @@ def write_rope_errors(k: int, view: View, pulls: Pulls, body: Any, rows: Any) ->
 
 
 @njit
-def put_force(rows: Any, column: int, direction: Any, size: float, point: Any) -> None:
+def put_force(rows: Array, column: int, direction: Array, size: float, point: Array) -> None:
     """Write the wrench of a force, `size` along `direction` at `point`, into a column of rows."""
     wrench, force = np.zeros(6), np.empty(3)
     for index in range(3):
@@ -90,7 +94,7 @@ def put_force(rows: Any, column: int, direction: Any, size: float, point: Any) -
 
 
 @njit
-def put_moment(rows: Any, column: int, lever: Any, force: Any) -> None:
+def put_moment(rows: Array, column: int, lever: Array, force: Array) -> None:
     """Write the moment alone of `force` (3) at `lever` (3) into a column of rows (6, N)."""
     wrench = np.zeros(6)
     add_force(wrench, force, lever)

@@ -61,7 +61,7 @@ from testbed.estimation.live.contact import limits_at
 from testbed.estimation.live.whole_body import step_body
 from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90
-from testbed.formats.records import Record, from_columns, part, quantity
+from testbed.formats.records import Record, Records, from_columns, part, quantity
 from testbed.machine.names import LEGS, VERTICAL
 from testbed.recording.rows import DataRow
 from testbed.robot.linkage import Linkage, arm_of, length_of
@@ -120,7 +120,7 @@ class ChainState(Record):
 
 
 @njit
-def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
+def step_leg(row: DataRow, leg: int, belief: ChainBelief, state: LegState) -> None:
     """One leg, one step, from the measured part of a DataRow `row` to its estimates; `belief`:
     ChainBelief, `state`: the leg's LegState, which moves on.
 
@@ -173,7 +173,7 @@ def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
 
 
 @njit
-def tell_own(row: Any, leg: int, load: float, interval: tuple[float, float, float]) -> None:
+def tell_own(row: DataRow, leg: int, load: float, interval: tuple[float, float, float]) -> None:
     """Write one vertical cylinder's own estimate, N, into the row; `interval`: low, high, standard
     deviation.
 
@@ -187,7 +187,9 @@ def tell_own(row: Any, leg: int, load: float, interval: tuple[float, float, floa
 
 
 @njit
-def rod_variance(width: float, v: float, thinning: float, c: Any, belief: Any) -> float:
+def rod_variance(
+    width: float, v: float, thinning: float, c: Cylinder, belief: ChainBelief
+) -> float:
     """Of the rod's force less friction, N2: sensors' accuracy through the areas, friction's
     uncertainty, speed, the set's width.
 
@@ -203,7 +205,7 @@ def rod_variance(width: float, v: float, thinning: float, c: Any, belief: Any) -
 
 
 @njit
-def step_chain(row: Any, belief: Any, state: Any) -> None:
+def step_chain(row: DataRow, belief: ChainBelief, state: ChainState) -> None:
     """All four legs, one step: reads the measured part of a DataRow and writes its estimates and
     contact states.
 
@@ -222,7 +224,9 @@ def step_chain(row: Any, belief: Any, state: Any) -> None:
 
 
 @njit
-def replay_chain(rows: Any, belief: Any, state: Any) -> None:
+def replay_chain(
+    rows: Records[DataRow], belief: Records[ChainBelief], state: Records[ChainState]
+) -> None:
     """`step_chain` over rows (n,) of DataRow; belief and state of shape (1,)."""
     for index in range(rows.shape[0]):
         step_chain(rows[index], belief[0], state[0])

@@ -53,7 +53,7 @@ class ContactState(Record):
 
 
 @njit
-def step(state: Any, load: float, dt: float, limits: Any) -> float:
+def step(state: ContactState, load: float, dt: float, limits: ContactLimits) -> float:
     """The contact state after one sample of dt (s) with this load (N, or minus a detector's score).
 
     Loaded once load >= on has lasted its dwell, load >= sure has lasted its own, or the mean load

@@ -7,16 +7,23 @@ observation: the derivative of the observed force by every unknown of the filter
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.live import doubt
 from testbed.estimation.live import fusion as fu
+from testbed.estimation.live.axis import AxisState
 from testbed.estimation.live.told_friction import told_of_constants, told_of_friction
+from testbed.formats.arrays import Array
 from testbed.formats.records import SET, Record, part, quantity
 from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
+from testbed.recording.rows import DataRow
+
+if TYPE_CHECKING:
+    from testbed.estimation.live.body_records import BodyBelief, BodyState
+
 
 UP = 2
 """Of a foot's force in the body frame: along z."""
@@ -46,7 +53,7 @@ class LearntInAir(Record):
 
 
 @njit
-def write_cylinder_weights(cylinder: int, weight: float, axis: Any, weights: Any) -> None:
+def write_cylinder_weights(cylinder: int, weight: float, axis: AxisState, weights: Array) -> None:
     """Write into `weights` how the unknowns of a cylinder enter an observed force, of which the
     cylinder's force is the part `weight`.
 
@@ -60,7 +67,7 @@ def write_cylinder_weights(cylinder: int, weight: float, axis: Any, weights: Any
 
 
 @njit
-def write_leg_weights(leg: int, by_cylinder: Any, state: Any, weights: Any) -> None:
+def write_leg_weights(leg: int, by_cylinder: Array, state: BodyState, weights: Array) -> None:
     """The same for the three cylinders of a leg, with the weights `by_cylinder` (3)."""
     for joint in range(len(JOINTS)):
         cylinder = ROTATION[leg] + joint
@@ -68,7 +75,7 @@ def write_leg_weights(leg: int, by_cylinder: Any, state: Any, weights: Any) -> N
 
 
 @njit
-def force_error(cylinder: int, state: Any) -> float:
+def force_error(cylinder: int, state: BodyState) -> float:
     """Estimated error of a cylinder's force, N: measured less true."""
     found, axis = state.fusion.x, state.axes[cylinder]
     friction = max(axis.use, 0.0) * found[fu.OUT + cylinder]
@@ -78,7 +85,7 @@ def force_error(cylinder: int, state: Any) -> float:
 
 
 @njit
-def leg_variance(covariance: Any, weights: Any, leg: int) -> float:
+def leg_variance(covariance: Array, weights: Array, leg: int) -> float:
     """Variance of an observed force due to the cylinders of one leg, N2."""
     groups, first = (fu.ZERO, fu.OUT, fu.BACK, fu.SIDE, fu.DEVIATION), ROTATION[leg]
     total = 0.0
@@ -91,7 +98,7 @@ def leg_variance(covariance: Any, weights: Any, leg: int) -> float:
 
 
 @njit
-def reported_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
+def reported_variance(leg: int, weights: Array, body: BodyBelief, state: BodyState) -> float:
     """Variance to report for a foot force, N2: shares of what the machine's constants and friction
     make of the filter's variance (told_friction.py), more where the balance is doubted, and the
     noise of the filtered load.
@@ -107,7 +114,7 @@ def reported_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
 
 
 @njit
-def spread_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
+def spread_variance(leg: int, weights: Array, body: BodyBelief, state: BodyState) -> float:
     """The same with one share of all that the filter does not know, constants and friction alike:
     `spread_share` of the belief, less while the leg has never slid, all of it where the balance is
     doubted. Detectors of contact losses weigh a load by it.
@@ -124,7 +131,7 @@ def spread_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
 
 
 @njit
-def is_in_air(leg: int, row: Any, body: Any, state: Any) -> bool:
+def is_in_air(leg: int, row: DataRow, body: BodyBelief, state: BodyState) -> bool:
     """Whether the foot of a leg is in the air now; counts for how long, s."""
     up = state.means.foot_force[leg, UP] - force_error(VERTICAL[leg], state)
     off = bool(row.carrying[leg] < SET and abs(up) < body.air_load)
@@ -134,7 +141,7 @@ def is_in_air(leg: int, row: Any, body: Any, state: Any) -> bool:
 
 
 @njit
-def learn_in_air(leg: int, map_: Any, body: Any, state: Any) -> None:
+def learn_in_air(leg: int, map_: Array, body: BodyBelief, state: BodyState) -> None:
     """Observe that the foot of a leg carries nothing, along three axes. map_ (3, 3): leg_map."""
     learnt, found = state.learnt_in_air[leg], state.fusion.x
     before = learnt.before[int(learnt.count) % HELD_BACK]
@@ -155,7 +162,7 @@ def learn_in_air(leg: int, map_: Any, body: Any, state: Any) -> None:
 
 
 @njit
-def forget_touchdown(leg: int, state: Any) -> None:
+def forget_touchdown(leg: int, state: BodyState) -> None:
     """Take back what the last HELD_BACK balances taught of a leg that is in the air no longer: its
     foot bore something before anyone knew that it did, and that was taken for friction.
     """
@@ -175,7 +182,7 @@ def forget_touchdown(leg: int, state: Any) -> None:
 
 
 @njit
-def learn_no_pull(maps: Any, body: Any, state: Any) -> None:
+def learn_no_pull(maps: Array, body: BodyBelief, state: BodyState) -> None:
     """Observe that every foot that seems to pull carries nothing; maps (4, 3, 3): leg_map.
 
     Constants are not updated: such a foot only bounds them from below.

@@ -24,12 +24,18 @@ its way. The doubt fades once the balance fits again.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from testbed.compiled import njit
 from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.fusion import VERTICAL_EQUATIONS
+from testbed.estimation.live.axis import AxisState
+from testbed.estimation.live.fusion import VERTICAL_EQUATIONS, Fusion, Sizes
+from testbed.formats.records import Records
 from testbed.machine.names import LEGS, VERTICAL
+
+if TYPE_CHECKING:
+    from testbed.estimation.live.body_records import BodyBelief
+
 
 NONE = 1.0
 """The balance is believed."""
@@ -47,7 +53,7 @@ LEAST_COST = 1.0e-6
 
 
 @njit
-def widen_balance(sizes: Any, doubt: float) -> None:
+def widen_balance(sizes: Sizes, doubt: float) -> None:
     """Fill `doubted_sd` of fusion's Sizes: the balance's standard deviations as believed, times
     the doubt.
     """
@@ -58,7 +64,7 @@ def widen_balance(sizes: Any, doubt: float) -> None:
 
 
 @njit
-def cost_of_balance(fusion: Any) -> float:
+def cost_of_balance(fusion: Fusion) -> float:
     """Sum of the squares of friction's deviations and of the balance's errors, each over its
     standard deviation, as the filter has them now; correlated deviations count less.
     """
@@ -86,7 +92,7 @@ def told_share(share: float, doubt: float) -> float:
 
 
 @njit
-def believable_cost(axes: Any, body: Any) -> float:
+def believable_cost(axes: Records[AxisState], body: BodyBelief) -> float:
     """Up to this cost a balance is believed: `doubt_cost` while no vertical piston has slid since
     the start, SLID times that otherwise; AxisState of AXES, BodyBelief.
     """
@@ -97,7 +103,7 @@ def believable_cost(axes: Any, body: Any) -> float:
 
 
 @njit
-def followed(doubt: float, cost: float, believable: float, body: Any) -> float:
+def followed(doubt: float, cost: float, believable: float, body: BodyBelief) -> float:
     """The doubt after one balance at this cost: it grows while the cost is more than the believable
     one over the doubt, and fades while it is less; BodyBelief.
     """

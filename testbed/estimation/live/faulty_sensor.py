@@ -17,14 +17,13 @@ had learnt explained the fault by something else.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.fusion import VERTICAL_EQUATIONS
+from testbed.estimation.live.fusion import VERTICAL_EQUATIONS, Fusion
 from testbed.estimation.live.payload_aboard import free_payload, likeliest_payload
+from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, VERTICAL
 
 NOBODY = -1
@@ -33,7 +32,7 @@ PLACE_COSTS = 2.0
 
 
 @njit
-def take_balance(rows: Any, wrench: Any, variance: Any, reach: Any, fusion: Any) -> None:
+def take_balance(rows: Array, wrench: Array, variance: Array, reach: Array, fusion: Fusion) -> None:
     """Take one balance: rows (6, N) of the unknowns, wrench (6) that is missing with nothing learnt
     taken off, variance (6) of the balance itself; reach (2): half of the platform's length and
     width, m.
@@ -66,7 +65,7 @@ def take_balance(rows: Any, wrench: Any, variance: Any, reach: Any, fusion: Any)
 
 
 @njit
-def spread_of(rows: Any, variance: Any, fusion: Any) -> Any:
+def spread_of(rows: Array, variance: Array, fusion: Fusion) -> Array:
     """S (3, 3): covariance of what a sound machine's balance would miss now, from what is known of
     every unknown beforehand and from the variance (6) of the balance itself.
     """
@@ -93,7 +92,7 @@ def spread_of(rows: Any, variance: Any, fusion: Any) -> Any:
 
 
 @njit
-def free_likeliest(rows: Any, reach: Any, fusion: Any) -> None:
+def free_likeliest(rows: Array, reach: Array, fusion: Fusion) -> None:
     """Free what makes the balance far likelier, if anything does: the zero of one cylinder, or a
     weight on board.
     """
@@ -124,7 +123,7 @@ def free_likeliest(rows: Any, reach: Any, fusion: Any) -> None:
 
 
 @njit
-def inverse_of_three(matrix: Any) -> Any:
+def inverse_of_three(matrix: Array) -> Array:
     """Inverse (3, 3) by cofactors: compiled in a tenth of the time that NumPy's solver takes."""
     inverse = np.empty((3, 3))
     for row in range(3):

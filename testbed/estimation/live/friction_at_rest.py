@@ -17,8 +17,6 @@ Three things are known of it beside its bounds:
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from testbed.compiled import njit
@@ -53,7 +51,7 @@ of it.
 
 @njit
 def step(
-    memory: Any,
+    memory: RestMemory,
     piston: float,
     low: float,
     high: float,

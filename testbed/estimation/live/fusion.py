@@ -21,11 +21,11 @@ learnt from a prior as wide as the error that was found.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
@@ -132,13 +132,13 @@ class Fusion(Record):
 
 
 @njit
-def is_freed(fusion: Any, i: int) -> bool:
+def is_freed(fusion: Fusion, i: int) -> bool:
     """Whether cylinder i's sensors carry the blame."""
     return bool(fusion.blamed[i] > 0.0)
 
 
 @njit
-def start(fusion: Any, known: Any) -> None:
+def start(fusion: Fusion, known: Array) -> None:
     """Start from the prior; known: standard deviations of the CONSTANTS. A freed zero stays
     freed.
     """
@@ -161,7 +161,7 @@ def start(fusion: Any, known: Any) -> None:
 
 
 @njit
-def fade(fusion: Any, i: int, kept: float) -> None:
+def fade(fusion: Fusion, i: int, kept: float) -> None:
     """Let unknown i keep this share of itself."""
     fusion.x[i] *= kept
     for index in range(N):
@@ -173,7 +173,7 @@ def fade(fusion: Any, i: int, kept: float) -> None:
 
 
 @njit
-def predict(fusion: Any) -> None:
+def predict(fusion: Fusion) -> None:
     """One step on: deviations and errors of the balance fade, and spread out to their expected
     sizes.
     """
@@ -201,7 +201,7 @@ def predict(fusion: Any) -> None:
 
 
 @njit
-def variance_of(fusion: Any, h: Any, r: float) -> float:
+def variance_of(fusion: Fusion, h: Array, r: float) -> float:
     """Variance of an observation h . x with variance r of its own, by what is known now."""
     for index in range(N):
         if h[index] != 0.0:
@@ -211,7 +211,7 @@ def variance_of(fusion: Any, h: Any, r: float) -> float:
 
 
 @njit
-def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) -> float:
+def observe(fusion: Fusion, h: Array, y: float, r: float, gate: float, learns: bool) -> float:
     """Learn from h . x = y with variance r; beyond `gate` standard deviations r grows until it
     fits. Returns y - h . x over its standard deviation.
 
@@ -248,7 +248,7 @@ def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) 
 
 
 @njit
-def stay_in_sets(fusion: Any) -> None:
+def stay_in_sets(fusion: Fusion) -> None:
     """Bring deviations that lie outside their sets back to the ends. What they lose goes to the
     momentary error of the balance and to freed zeros, by their covariances with it, so that what
     was observed stays explained.

@@ -14,13 +14,13 @@ moment are widened by its size and both are learnt like any other unknown; no se
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.fusion import VERTICAL_EQUATIONS
+from testbed.estimation.live.fusion import VERTICAL_EQUATIONS, Fusion
+from testbed.formats.arrays import Array
 
 STEPS = 5
 """Places along each side of the platform."""
@@ -34,7 +34,7 @@ HEIGHT_SHARE = 0.5
 
 
 @njit
-def likeliest_payload(rows: Any, weights: Any, missing: Any, reach: Any) -> Any:
+def likeliest_payload(rows: Array, weights: Array, missing: Array, reach: Array) -> Array:
     """T, mass kg, x m, y m of the weight that explains most of what is missing.
 
     rows (6, N): of the unknowns; weights (3, 3): inverse covariance of what is `missing` (3) on a
@@ -59,7 +59,7 @@ def likeliest_payload(rows: Any, weights: Any, missing: Any, reach: Any) -> Any:
 
 
 @njit
-def free_payload(payload: Any, reach: Any, fusion: Any) -> None:
+def free_payload(payload: Array, reach: Array, fusion: Fusion) -> None:
     """Widen the priors of mass and first moment by this weight (likeliest_payload), and start the
     filter anew: what it had learnt explained the weight by something else.
     """

@@ -21,11 +21,10 @@ square root. A freed zero (faulty_sensor.py) is explained, and left out.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from testbed.compiled import njit
 from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.fusion import VERTICAL_EQUATIONS
+from testbed.estimation.live.fusion import VERTICAL_EQUATIONS, Fusion
 from testbed.formats.records import Record, quantity
 from testbed.machine.names import VERTICAL
 
@@ -60,7 +59,7 @@ def share_found(deviation: float, left: float, before: float) -> tuple[float, fl
 
 
 @njit
-def of_constants(fusion: Any) -> tuple[float, float]:
+def of_constants(fusion: Fusion) -> tuple[float, float]:
     """Sums over the machine's constants."""
     x, p, known, sizes = fusion.x, fusion.p, fusion.suspicion.known, fusion.sizes
     found = expected = 0.0
@@ -75,7 +74,7 @@ def of_constants(fusion: Any) -> tuple[float, float]:
 
 
 @njit
-def of_moment(fusion: Any) -> tuple[float, float]:
+def of_moment(fusion: Fusion) -> tuple[float, float]:
     """Sums over friction's deviations at the vertical pistons, and the errors of the balance that
     vertical cylinders make up.
     """
@@ -95,7 +94,7 @@ def of_moment(fusion: Any) -> tuple[float, float]:
 
 
 @njit
-def follow_surprise(fusion: Any, numbers: Any, state: Any) -> None:
+def follow_surprise(fusion: Fusion, numbers: SurpriseNumbers, state: SurpriseState) -> None:
     """Take one balance: Fusion after it, SurpriseNumbers, SurpriseState."""
     if numbers.worth <= 0.0:
         state.level = NONE
@@ -114,6 +113,6 @@ def follow_surprise(fusion: Any, numbers: Any, state: Any) -> None:
 
 
 @njit
-def widening(state: Any) -> float:
+def widening(state: SurpriseState) -> float:
     """By how much intervals are wider for it, 1 or more."""
     return math.sqrt(max(state.level, NONE))

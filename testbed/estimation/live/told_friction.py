@@ -14,9 +14,9 @@ Each is a share of the filter's standard deviation. The estimate itself does not
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from testbed.compiled import njit
+from testbed.estimation.live.axis import AxisState
 from testbed.formats.records import Record, quantity
 
 
@@ -47,7 +47,7 @@ class ForceRange(Record):
 
 
 @njit
-def follow_force(force: float, slides: float, ends: Any) -> None:
+def follow_force(force: float, slides: float, ends: ForceRange) -> None:
     """Extend a piston's ForceRange by its force (N), or begin it anew while it slides. A missing
     force changes nothing. slides (0 to 1): as in AxisState.
     """
@@ -60,13 +60,13 @@ def follow_force(force: float, slides: float, ends: Any) -> None:
 
 
 @njit
-def just_begun(axis: Any, shares: Any) -> float:
+def just_begun(axis: AxisState, shares: ToldShares) -> float:
     """1 for a piston (AxisState) that begins to slide now, falling to 0 as it slides on."""
     return math.exp(-axis.slid / shares.begun_s)
 
 
 @njit
-def told_of_constants(axis: Any, shares: Any) -> float:
+def told_of_constants(axis: AxisState, shares: ToldShares) -> float:
     """Reported share of the standard deviation that the machine's constants make: all of it when
     the piston (AxisState) has just begun to slide, less while it slides on and reveals them, more
     at rest, where nothing reveals them.
@@ -77,7 +77,9 @@ def told_of_constants(axis: Any, shares: Any) -> float:
 
 
 @njit
-def told_of_friction(axis: Any, ends: Any, noise_n: float, shares: Any) -> float:
+def told_of_friction(
+    axis: AxisState, ends: ForceRange, noise_n: float, shares: ToldShares
+) -> float:
     """Reported share of the standard deviation that the friction of a piston (AxisState) makes;
     ends: its ForceRange, of which `noise_n` is noise.
     """

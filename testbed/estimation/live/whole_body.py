@@ -10,7 +10,6 @@ are those of the ground on the foot, body frame, N.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import Loads, step_axis
 from testbed.estimation.live.belly_support import something_else_carries
 from testbed.estimation.live.body_acceleration import add_fast_changes
+from testbed.estimation.live.body_records import BodyBelief, BodyState
 from testbed.estimation.live.body_stirred import moving_variance, stir
 from testbed.estimation.live.body_wrench import write_body_wrench
 from testbed.estimation.live.cylinder_errors import (
@@ -46,8 +46,10 @@ from testbed.estimation.live.wrench import (
     leg_map,
     of_leg,
 )
+from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90
 from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
+from testbed.recording.rows import DataRow, Interval
 from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads import foot_forces as ff
 from testbed.robot.model import write_rotation
@@ -62,7 +64,7 @@ standard deviation of this one (E).
 
 
 @njit
-def update_sizes(row: Any, body: Any, state: Any) -> None:
+def update_sizes(row: DataRow, body: BodyBelief, state: BodyState) -> None:
     """Fill fusion.sizes: how large the unknowns of the filter may have become since the last
     balance, from the means over that time.
     """
@@ -99,7 +101,7 @@ def update_sizes(row: Any, body: Any, state: Any) -> None:
 
 
 @njit
-def take_means(body: Any, state: Any) -> Any:
+def take_means(body: BodyBelief, state: BodyState) -> Array:
     """Turn the sums since the last balance into means, and clear the sums.
 
     Returns the body's angular acceleration (3), rad/s2. Also sets `sizes.news` of every vertical
@@ -144,7 +146,7 @@ def take_means(body: Any, state: Any) -> Any:
 
 
 @njit
-def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
+def balance(row: DataRow, arms: Array, body: BodyBelief, state: BodyState) -> None:
     """One step of the filter: the errors of the cylinder forces, from the means since the last one.
 
     arms (12): the rod's way by the joint's, m/rad for rotations and 1 otherwise.
@@ -187,7 +189,7 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
 
 
 @njit
-def follow_ropes(row: Any, on_ground: Any, body: Any, state: Any) -> None:
+def follow_ropes(row: DataRow, on_ground: Array, body: BodyBelief, state: BodyState) -> None:
     """Bring the ropes' directions up to date; on_ground (4): feet that are not in the air.
 
     Feet that carry nothing do not say how the body goes: they may hang, or feel for the ground.
@@ -211,7 +213,12 @@ def follow_ropes(row: Any, on_ground: Any, body: Any, state: Any) -> None:
 
 @njit
 def balance_body(
-    row: Any, angular_acceleration: Any, maps: Any, on_ground: Any, body: Any, state: Any
+    row: DataRow,
+    angular_acceleration: Array,
+    maps: Array,
+    on_ground: Array,
+    body: BodyBelief,
+    state: BodyState,
 ) -> None:
     """Observe the body's six equations: the wrenches of the feet that carry, of weight, ropes and
     drill sum to zero, but for the error of the balance itself.
@@ -264,7 +271,7 @@ def balance_body(
 
 
 @njit
-def step_body(row: Any, body: Any, state: Any) -> None:
+def step_body(row: DataRow, body: BodyBelief, state: BodyState) -> None:
     """Advance the estimate by one step: reads the measured part of `row` (a DataRow) and writes its
     `own` estimates, N. body, state: BodyBelief and BodyState.
     """
@@ -300,7 +307,7 @@ def step_body(row: Any, body: Any, state: Any) -> None:
 
 
 @njit
-def loads_of(axis: int, foot_force: Any, arm: float) -> Loads:
+def loads_of(axis: int, foot_force: Array, arm: float) -> Loads:
     """The loads on the rod of an axis, from the force (3) on its foot in the last step and the arm
     of its linkage.
     """
@@ -311,7 +318,7 @@ def loads_of(axis: int, foot_force: Any, arm: float) -> Loads:
 
 
 @njit
-def gather(row: Any, force: Any, state: Any) -> None:
+def gather(row: DataRow, force: Array, state: BodyState) -> None:
     """Add this step to the sums of the next balance; a step with a missing sample is left out."""
     sums = state.sums
     whole = row.rope_tension[0] + row.rope_tension[1]
@@ -334,7 +341,7 @@ def gather(row: Any, force: Any, state: Any) -> None:
 
 
 @njit
-def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
+def answer(row: DataRow, arms: Array, force: Array, body: BodyBelief, state: BodyState) -> None:
     """Subtract the estimated errors from the foot forces (4, 3), filter them, and write them into
     the row with their uncertainty.
     """
@@ -372,7 +379,7 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
 
 
 @njit
-def bounds(leg: int, load: float, body: Any, state: Any, interval: Any) -> None:
+def bounds(leg: int, load: float, body: BodyBelief, state: BodyState, interval: Interval) -> None:
     """Write the standard deviation, the 90 % interval and the spread of a foot's load (N) into
     `interval`.
     """

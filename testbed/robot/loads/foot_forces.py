@@ -19,12 +19,13 @@ there.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.formats.records import Record, part, quantity
+from testbed.formats.arrays import Array
+from testbed.formats.records import Record, Records, part, quantity
 from testbed.machine.names import AXES, JOINTS, ROTATION
 
 XYZ = ("x", "y", "z")
@@ -99,7 +100,7 @@ def turn_z(angle: float, x: float, y: float) -> tuple[float, float]:
 
 
 @njit
-def link_motion(leg: Any, link: int, first: int, joints: Any, rho: Any) -> Centre:
+def link_motion(leg: LegNumbers, link: int, first: int, joints: JointMotion, rho: Array) -> Centre:
     """How the centre of mass of a link (TURN, OUT, DOWN: the joint that it goes with) moves as seen
     from the body; its place from the hip into `rho` (3), m.
 
@@ -134,7 +135,13 @@ def link_motion(leg: Any, link: int, first: int, joints: Any, rho: Any) -> Centr
 
 @njit
 def link_force(
-    leg: Any, link: int, first: int, joints: Any, bodies: Any, force: Any, rho: Any
+    leg: LegNumbers,
+    link: int,
+    first: int,
+    joints: JointMotion,
+    bodies: Records[BodyMotion],
+    force: Array,
+    rho: Array,
 ) -> float:
     """Force m (a - g) of a link (TURN, OUT, DOWN) into `force` (3), its centre from the hip into
     `rho` (3); returns e_z . d/dt (I w), N m.
@@ -165,7 +172,7 @@ def link_force(
 
 
 @njit
-def in_body_frame(rotation: Any, world: Any, bodies: Any) -> None:
+def in_body_frame(rotation: Array, world: BodyMotion, bodies: Records[BodyMotion]) -> None:
     """BodyMotion `world` of the world frame into bodies[0] of the body frame; rotation (3, 3) body
     to world.
     """
@@ -184,7 +191,13 @@ def in_body_frame(rotation: Any, world: Any, bodies: Any) -> None:
 
 @njit
 def foot_forces(
-    legs: Any, joints: Any, rotation: Any, motion: Any, normals: Any, out: Any, out_normal: Any
+    legs: Records[LegNumbers],
+    joints: JointMotion,
+    rotation: Array,
+    motion: BodyMotion,
+    normals: Array,
+    out: Array,
+    out_normal: Array,
 ) -> None:
     """Force of the ground on each foot (4, 3), world frame, N, and its part along its ground's
     normal (4).

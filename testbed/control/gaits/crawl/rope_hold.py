@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -154,7 +154,7 @@ class RopeHold:
 
 
 @njit
-def rope_directions(ways: Any, body: Any, out: Any) -> None:
+def rope_directions(ways: Array, body: Array, out: Array) -> None:
     """Fill `out` (2, 3) by unit vectors towards the anchors with the body at `body` (3)."""
     for index in range(ways.shape[0]):
         x, y, z = ways[index, 0] - body[0], ways[index, 1] - body[1], ways[index, 2] - body[2]
@@ -163,7 +163,7 @@ def rope_directions(ways: Any, body: Any, out: Any) -> None:
 
 
 @njit
-def wanted_tensions(directions: Any, pull: Any) -> tuple[float, float]:
+def wanted_tensions(directions: Array, pull: Array) -> tuple[float, float]:
     """Tensions, N, of ropes along `directions` (2, 3) whose pull along the slope is `pull` (2)."""
     lx, ly, rx, ry = directions[0, 0], directions[0, 1], directions[1, 0], directions[1, 1]
     px, py = pull[0], pull[1]
@@ -181,7 +181,7 @@ def wanted_tensions(directions: Any, pull: Any) -> tuple[float, float]:
 
 
 @njit
-def wanted_at(ways: Any, pull: Any, body: Any) -> tuple[float, float]:
+def wanted_at(ways: Array, pull: Array, body: Array) -> tuple[float, float]:
     """Wanted tensions, N, with the body at `body` (3)."""
     directions = np.empty((2, 3))
     rope_directions(ways, body, directions)
@@ -191,7 +191,7 @@ def wanted_at(ways: Any, pull: Any, body: Any) -> tuple[float, float]:
 
 @njit
 def rope_readiness(
-    ways: Any, pull: Any, body: Any, measured_n: Any, part: float, shared: bool
+    ways: Array, pull: Array, body: Array, measured_n: Array, part: float, shared: bool
 ) -> float:
     """See RopeHold.readiness."""
     if shared:
@@ -209,7 +209,7 @@ def rope_readiness(
 
 
 @njit
-def pull_share(ways: Any, pull: Any, body: Any, measured_n: Any) -> float:
+def pull_share(ways: Array, pull: Array, body: Array, measured_n: Array) -> float:
     """How much of the wanted `pull` (2) along the slope both ropes have together, 1."""
     directions = np.empty((2, 3))
     rope_directions(ways, body, directions)
@@ -222,14 +222,14 @@ def pull_share(ways: Any, pull: Any, body: Any, measured_n: Any) -> float:
 
 @njit
 def rope_rates(
-    ways: Any,
-    pull: Any,
-    body: Any,
-    before: Any,
+    ways: Array,
+    pull: Array,
+    body: Array,
+    before: Array,
     dt: float,
-    measured_n: Any,
+    measured_n: Array,
     by: TensionGains,
-    out: Any,
+    out: Array,
 ) -> None:
     """See RopeHold.rates_m_s."""
     directions = np.empty((2, 3))

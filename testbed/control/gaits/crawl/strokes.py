@@ -14,11 +14,13 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.formats.arrays import Array, Flags
+from testbed.formats.records import Records
 from testbed.laws.traction import (
     GRIPPED,
     IDLE_S,
     RESERVE_M,
     STILL_M_S,
+    TractionParameters,
     TractionState,
     goes_back_at_rest,
     traction_step,
@@ -116,7 +118,12 @@ class Strokes:
 
 @njit
 def follow_strokes(
-    states: Any, device: Any, rates: Any, tension: Any, supply_pa: float, dt: float
+    states: Records[TractionState],
+    device: Records[TractionParameters],
+    rates: Array,
+    tension: Array,
+    supply_pa: float,
+    dt: float,
 ) -> None:
     """See Strokes.follow."""
     for side in range(states.shape[0]):
