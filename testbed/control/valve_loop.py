@@ -70,4 +70,4 @@ def valve_command(loop: PositionLoop, position: float, dt: float) -> float:
         opening += loop.deadband
     elif opening < 0.0:
         opening -= loop.deadband
-    return float(min(max(opening, -loop.limit), loop.limit))
+    return min(max(opening, -loop.limit), loop.limit)

@@ -144,8 +144,8 @@ def chamber_pressure(reading: float, sensor: Sensor, time_s: float) -> float:
 
 @njit
 def clipped_reading_sd(reading_a: float, reading_b: float, c: Cylinder) -> float:
-    """Standard deviation (N) of what readings that have ended at 0 leave open of a piston's force;
-    c: Cylinder.
+    """Standard deviation (N) of what readings that have ended at 0 leave open of a piston's
+    force.
     """
     in_a = c.area_a if reading_a <= 0.0 else 0.0
     in_b = c.area_b if reading_b <= 0.0 else 0.0
@@ -178,17 +178,17 @@ def friction_terms(speed: Array, stribeck_speed: Any) -> Array:
 
 @njit
 def friction_size(speed: float, side: FrictionSide, now: Conditions) -> float:
-    """Size of friction in one sense (`side`: FrictionSide) at `speed` = |v| >= 0."""
+    """Size of friction in one sense at `speed` = |v| >= 0, N."""
     static = side.static + now.dwell * (side.coulomb * now.factor + now.extra)
     dry = side.viscous * now.thinning * speed + side.coulomb * now.factor + now.extra
-    return float(dry + static * stribeck_share(speed, side))
+    return dry + static * stribeck_share(speed, side)
 
 
 @njit
 def friction_value(v: float, friction: Stribeck, now: Conditions) -> float:
     """F_f(v) of (5), against extension; 0 at v = 0 as sign(0) = 0."""
     if v > 0.0:
-        return float(friction_size(v, friction.sides[EXTENDING], now))
+        return friction_size(v, friction.sides[EXTENDING], now)
     if v < 0.0:
         return -float(friction_size(-v, friction.sides[RETRACTING], now))
     return 0.0
@@ -231,7 +231,7 @@ def thinning_by_warmth(cylinder: Cylinder, oil_degc: float) -> float:
 @njit
 def place_factor(cylinder: Cylinder, extension: float) -> float:
     """Coulomb friction at an extension (m) over that in the middle of the stroke."""
-    return float(1.0 + cylinder.position_slope * (extension / cylinder.stroke - 0.5))
+    return 1.0 + cylinder.position_slope * (extension / cylinder.stroke - 0.5)
 
 
 @njit
@@ -239,7 +239,7 @@ def side_load_factor(cylinder: Cylinder, extension: float) -> float:
     """Friction by a load across the rod at an extension (m) over that in the middle of the
     stroke.
     """
-    return float(1.0 + cylinder.side_growth * (extension / cylinder.stroke - 0.5))
+    return 1.0 + cylinder.side_growth * (extension / cylinder.stroke - 0.5)
 
 
 @njit
@@ -248,14 +248,14 @@ def extra_friction(cylinder: Cylinder, pressures: float, load: float, across: fl
     (N).
     """
     extra = cylinder.pressure_coefficient * pressures + cylinder.side_coefficient * across
-    return float(extra + cylinder.load_coefficient * max(load, 0.0))
+    return extra + cylinder.load_coefficient * max(load, 0.0)
 
 
 @njit
 def oil_compliance(gauge_pa: float, cylinder: Cylinder) -> float:
     """1 / beta of oil with its air, 1/Pa."""
     air = _of_air(max(gauge_pa, 0.0), cylinder.air, POLYTROPIC_POWER) if cylinder.air > 0.0 else 0.0
-    return float(1.0 / cylinder.bulk_modulus + air)
+    return 1.0 / cylinder.bulk_modulus + air
 
 
 @njit
@@ -282,7 +282,7 @@ def seal_ratio(pa: float, pb: float, extension: float, cylinder: Cylinder) -> fl
     (m), 1.
     """
     a, b = oil_springs(pa, pb, extension, cylinder)
-    return float(min(cylinder.seal_stiffness / (a + b), RATIO_MOST))
+    return min(cylinder.seal_stiffness / (a + b), RATIO_MOST)
 
 
 @njit

@@ -62,10 +62,7 @@ GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
 @njit_law
 def begin(axis: AxisState, p: AxisParameters, rod: AxisInput, h: float, work: AxisWork) -> None:
-    """Fill the constants of a call for one axis, and its pressures at the start.
-
-    axis: AxisState, p: AxisParameters, rod: AxisInput of hydraulics.py; work: AxisWork.
-    """
+    """Fill the constants of a call for one axis, and its pressures at the start."""
     x, v = rod.extension, rod.rate
     work.a.volume = p.a.dead_volume + p.a.area * x
     work.b.volume = p.b.dead_volume + p.b.area * (p.stroke - x)
@@ -92,8 +89,8 @@ def begin_chamber(
     w: ChamberWork,
     leaking: float,
 ) -> None:
-    """Hose and oil of one chamber at the start of a call; own: ChamberParameters, w: ChamberWork;
-    leaking: leakage over the declared one.
+    """Hose and oil of one chamber at the start of a call; leaking: leakage over the declared
+    one.
     """
     w.hose_conductance = own.hose_capacity / p.hose_time if own.hose_capacity > 0.0 else 0.0
     w.hose_start = chamber.hose_pressure
@@ -124,10 +121,10 @@ def inverses(
 def settle(
     chamber: Chamber, w: ChamberWork, guess: float, oil: OilParameters, work: AxisWork
 ) -> None:
-    """Pressure of one chamber from its oil and volume, and what follows from it, into Chamber and
-    ChamberWork.
+    """Pressure of one chamber from its oil and volume, and what follows from it, into `chamber` and
+    `w`.
 
-    guess: where to look, Pa; oil: OilParameters; w.near belongs to the pressure before.
+    guess: where to look, Pa; w.near belongs to the pressure before.
     """
     near, air, per_bulk = chamber.pressure, oil.air, work.inverse_bulk
     room = w.volume + w.elasticity * (guess - ATMOSPHERE_PA)
@@ -168,8 +165,8 @@ def port(
     """One port at pressure p between supply ps and tank pt, Pa, while its opening goes from o to
     `o_next`.
 
-    chamber: ChamberParameters; w: ChamberWork. o > 0 opens the port to the supply, o < 0 to the
-    tank; the open edge is turbulent, both edges leak laminarly.
+    o > 0 opens the port to the supply, o < 0 to the tank; the open edge is turbulent, both edges
+    leak laminarly.
     """
     leak_p, leak = w.leak_from_supply, w.leak_to_tank
     if o + o_next > 0.0:
@@ -348,9 +345,7 @@ def second_hose_flow(
     hose = chamber.hose_pressure
     if w.hose_conductance > 0.0:
         hose += h * first / own.hose_capacity
-    return float(
-        work.hose_share * (w.hose_conductance * (p - hose - GAMMA * h * w.ramp) - 2.0 * first)
-    )
+    return work.hose_share * (w.hose_conductance * (p - hose - GAMMA * h * w.ramp) - 2.0 * first)
 
 
 @njit_law(forceinline=True)
@@ -368,7 +363,7 @@ def predicted(
     p, _, _, holds = pressure_near(room, then, guess, near, w.near, work.inverse_bulk, oil.air)
     if not holds:
         p, _, _ = pressure_in(w, then, guess, near, oil, work)
-    return float(p)
+    return p
 
 
 @njit_law(forceinline=True)
@@ -425,7 +420,7 @@ def close_step(
 @njit_law(forceinline=True)
 def kept_by_hoses(axis: AxisState, p: AxisParameters, w: AxisWork) -> float:
     """Energy that the hoses of one axis took in since `begin`, J."""
-    return float(kept_by_hose(axis.a, p.a, w.a, p.oil) + kept_by_hose(axis.b, p.b, w.b, p.oil))
+    return kept_by_hose(axis.a, p.a, w.a, p.oil) + kept_by_hose(axis.b, p.b, w.b, p.oil)
 
 
 @njit_law(forceinline=True)
@@ -436,7 +431,7 @@ def kept_by_hose(
     if w.hose_conductance <= 0.0:
         return 0.0
     middle = 0.5 * (chamber.hose_pressure + w.hose_start)
-    return float(
+    return (
         own.hose_capacity
         * (chamber.hose_pressure - w.hose_start)
         * enthalpy(middle, oil.bulk_modulus, oil.air)

@@ -60,8 +60,7 @@ def one_end(p: EndParameters, gap: float, gap_end: float, approach: float) -> fl
     """Mean push away from one end, N, >= 0: a damper growing over the cushion's length, then a
     stop.
 
-    p: EndParameters; gap, gap_end: distance to the end at start and end of the step, m (negative:
-    into the stop);
+    gap, gap_end: distance to the end at start and end of the step, m (negative: into the stop);
     approach: rate towards it, m/s. The cushion works against approach only; the stop's damper never
     pulls.
     """
@@ -70,11 +69,11 @@ def one_end(p: EndParameters, gap: float, gap_end: float, approach: float) -> fl
     if approach > 0.0:
         force = p.cushion_damping * approach / length * mean_ramp(length - gap, length - gap_end)
         force += p.stop_damping * approach * share_above(-gap, -gap_end)
-        return float(force + stiffness * mean_ramp(-gap, -gap_end))
+        return force + stiffness * mean_ramp(-gap, -gap_end)
     if stiffness <= 0.0:
         return 0.0
     relief = p.stop_damping * approach / stiffness
-    return float(stiffness * mean_ramp(relief - gap, relief - gap_end))
+    return stiffness * mean_ramp(relief - gap, relief - gap_end)
 
 
 @njit_law(forceinline=True)
@@ -83,8 +82,8 @@ def end_force(
 ) -> float:
     """Mean force of cushions and stops over dt, N, along +x.
 
-    p: EndParameters; x: extension at the step's start, m, which changes at the rate v, m/s; speed:
-    what dampers see of the rate, m/s (coupling.py).
+    x: extension at the step's start, m, which changes at the rate v, m/s; speed: what dampers see
+    of the rate, m/s (coupling.py).
     """
     end = x + v * dt
     low, high = (x, end) if x < end else (end, x)
@@ -98,8 +97,8 @@ def end_force(
 
 @njit_law
 def extra_force(p: ExtraForces, x: float, v: float, t: float, dt: float) -> float:
-    """Mean over [t, t + dt] of `ExtraForces` p on the piston along +x, N: spring, narrow band,
-    early cushion.
+    """Mean over [t, t + dt] of the undeclared forces on the piston along +x, N: spring, narrow
+    band, early cushion.
     """
     force = 0.0
     if p.spring_stiffness != 0.0:

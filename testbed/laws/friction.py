@@ -157,10 +157,9 @@ def friction_step(
     """Mean friction of one axis over dt, N, positive against a positive rate. Advances the bristle
     and the dwell in `s`.
 
-    s: SealState; p: SealParameters; rod: the motion and loads of the rod (`rate`, `load`,
-    `side_load`); skipped: slide of the contact before the step, m (hydraulic_step); place:
-    extension at mid-step from the middle of the stroke, share of the stroke; pressures: sum of the
-    mean gauge pressures of both chambers, Pa; thinning: factor of the viscous part.
+    skipped: slide of the contact before the step, m (hydraulic_step); place: extension at mid-step
+    from the middle of the stroke, share of the stroke; pressures: sum of the mean gauge pressures
+    of both chambers, Pa; thinning: factor of the viscous part.
     """
     v = rod.rate
     speed = abs(v)
@@ -186,4 +185,4 @@ def friction_step(
     if skipped != 0.0:  # the mean is that of the step alone, which begins after the skipped slide
         mean += 0.5 * skipped * (bent / slide if abs(slide) > STILL * longest else 1.0)
     force = p.bristle_stiffness * mean + p.bristle_damping * bent / dt
-    return float(force + side.viscous * thinning * slide / dt)
+    return force + side.viscous * thinning * slide / dt

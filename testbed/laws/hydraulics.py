@@ -271,7 +271,7 @@ def rod_force(
     axis.force = force + ends + extra_force(p.extra, x, v, t, dt) - friction
     axis.friction, axis.end_force = friction, ends
     axis.reached, axis.skipped = x + dt * v, skipped
-    return float(skipped)
+    return skipped
 
 
 @njit_law
@@ -333,11 +333,9 @@ def hydraulic_step(
 ) -> None:
     """Advance all axes and the power unit by dt in `substeps`, in place.
 
-    axes, params, given: arrays (n) of AxisState, AxisParameters and AxisInput; supply, unit: one
-    SupplyState and one PowerUnit. axes[i].force becomes the mean force of the cylinder on its rod
-    over dt, including friction and end force, which are also stored by themselves. An axis whose
-    extension differs from the end of its last step (`reached`) is first moved there with its oil
-    enclosed: coupling.py.
+    axes[i].force becomes the mean force of the cylinder on its rod over dt, including friction and
+    end force, which are also stored by themselves. An axis whose extension differs from the end of
+    its last step (`reached`) is first moved there with its oil enclosed: coupling.py.
     """
     n = axes.shape[0]
     h = dt / substeps

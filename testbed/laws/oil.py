@@ -145,7 +145,7 @@ def pressure_near(
     """`pressure_of` without a division, for a small change: p (Pa), gas volume, nu, and whether it
     holds.
 
-    near: OilNear at the pressure near_pa; per_bulk: 1 / bulk modulus. Where it holds, p is right to
+    near: the oil at the pressure near_pa; per_bulk: 1 / bulk modulus. Where it holds, p is right to
     1e-7.
     """
     per_near, inverse = near.inverse_pressure, near.inverse_slope
@@ -165,7 +165,7 @@ def pressure_near(
 def effective_bulk_modulus(p_pa: float, bulk_pa: float, air: float) -> float:
     """-nu / (d nu / dp) in Pa: what a pressure transient sees at the absolute pressure p."""
     nu, slope = specific_volume(p_pa, bulk_pa, air)
-    return float(-nu / slope)
+    return -nu / slope
 
 
 @njit_law(forceinline=True)
@@ -182,4 +182,4 @@ def enthalpy(p_pa: float, bulk_pa: float, air: float) -> float:
     """h(p) = integral of nu from p0 to p, J per standard m3: what flowing oil carries; a throttle
     heats by its drop.
     """
-    return float(enthalpy_with_gas(p_pa, gas_volume(p_pa, air), 1.0 / bulk_pa, air))
+    return enthalpy_with_gas(p_pa, gas_volume(p_pa, air), 1.0 / bulk_pa, air)

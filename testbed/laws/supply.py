@@ -134,11 +134,9 @@ def supply_oil_slope(p_pa: float, unit: PowerUnit) -> tuple[float, float]:
 
 @njit_law
 def supply_oil(p_pa: float, unit: PowerUnit) -> float:
-    """Standard volume of oil in line and accumulator at the absolute pressure p, m3; unit:
-    PowerUnit.
-    """
+    """Standard volume of oil in line and accumulator at the absolute pressure p, m3."""
     oil, _ = supply_oil_slope(p_pa, unit)
-    return float(oil)
+    return oil
 
 
 @njit_law
@@ -173,8 +171,8 @@ def pump(stroke: float, rise_j_m3: float, unit: PowerUnit) -> float:
     """
     flow = stroke * unit.pump_flow * unit.pump_on
     if flow * rise_j_m3 > unit.pump_power:
-        return float(unit.pump_power / rise_j_m3)
-    return float(flow)
+        return unit.pump_power / rise_j_m3
+    return flow
 
 
 @njit_law
@@ -198,7 +196,7 @@ def demand_step(s: SupplyState, unit: PowerUnit, load_pa: float, dt: float) -> N
 def wanted_stroke(p_pa: float, demand_pa: float, unit: PowerUnit) -> float:
     """What the compensator asks for, 0..1."""
     wanted = (demand_pa - p_pa) / unit.compensator_band
-    return float(0.0 if wanted < 0.0 else (1.0 if wanted > 1.0 else wanted))
+    return 0.0 if wanted < 0.0 else (1.0 if wanted > 1.0 else wanted)
 
 
 @njit_law
@@ -220,7 +218,7 @@ def relief(p_pa: float, unit: PowerUnit) -> tuple[float, float]:
 def traction(p_pa: float, s: SupplyState, unit: PowerUnit) -> float:
     """What the traction devices take, m3/s."""
     above = (p_pa - unit.tank_pressure) / TRACTION_BAND_PA
-    return float(s.traction_flow * (0.0 if above < 0.0 else (1.0 if above > 1.0 else above)))
+    return s.traction_flow * (0.0 if above < 0.0 else (1.0 if above > 1.0 else above))
 
 
 @njit_law
@@ -240,8 +238,7 @@ def supply_first(
     """First stage of the unit: the rate q of the valves' supply pressure (Pa/s) and that pressure
     at the end (Pa).
 
-    `drawn` and `rise`: the axes draw drawn + rise q (chamber.first_stage); works: array of one
-    SupplyWork.
+    `drawn` and `rise`: the axes draw drawn + rise q (chamber.first_stage); works: (1).
     """
     w = works[0]
     gh = GAMMA * h
@@ -326,7 +323,7 @@ def supply_second(
     s.loss += given * mean
     s.traction_work += hauled * mean
     s.relief_flow = relieved
-    return float(q)
+    return q
 
 
 @njit_law

@@ -67,7 +67,7 @@ def pull_share(tension_n: float, supply_gauge_pa: float, n: TractionParameters) 
     """Share of the wanted hauling rate that the device can do against a tension."""
     strength = supply_gauge_pa * n.area
     strength = min(max(strength, 0.0), n.rating)
-    return float(min(1.0, max(0.0, (strength - tension_n) / (0.1 * strength + 1.0))))
+    return min(1.0, max(0.0, (strength - tension_n) / (0.1 * strength + 1.0)))
 
 
 @njit
@@ -76,14 +76,14 @@ def goes_back_at_rest(s: TractionState, n: TractionParameters) -> bool:
     stroke was the other way counts from the other end.
     """
     left = n.stroke - s.place if s.way < 0.0 else s.place
-    return bool(left < READY_SHARE * (n.stroke - RESERVE_M))
+    return left < READY_SHARE * (n.stroke - RESERVE_M)
 
 
 @njit
 def _owed_rate(s: TractionState, n: TractionParameters, dt: float) -> float:
     """Rate that makes up for what is owed within a step, as far as the device is quick enough."""
     rate = s.owed / dt
-    return float(min(max(rate, -n.speed), n.speed))
+    return min(max(rate, -n.speed), n.speed)
 
 
 @njit
@@ -95,17 +95,14 @@ def traction_step(
     supply_gauge_pa: float,
     dt: float,
 ) -> float:
-    """One step of a device; returns the rate of the rope's paid-out length, m/s (- hauls in).
-
-    s: TractionState; n: TractionParameters.
-    """
+    """One step of a device; returns the rate of the rope's paid-out length, m/s (- hauls in)."""
     share: float = pull_share(tension_n, supply_gauge_pa, n)
     if n.stroke <= 0.0:
         return wanted_m_s * share if wanted_m_s < 0.0 else wanted_m_s
     s.owed = min(max(s.owed + wanted_m_s * dt, -OWED_MOST_M), OWED_MOST_M)
     s.clock += dt
     if s.mode == GRIPPED:
-        return float(_gripped(s, n, wanted_m_s, share, dt))
+        return _gripped(s, n, wanted_m_s, share, dt)
     if s.mode == RETURNING:
         goal = RESERVE_M if s.way < 0.0 else n.stroke - RESERVE_M
         step = n.return_speed * dt * min(1.0, max(supply_gauge_pa, 0.0) / 2.0e6)
@@ -154,4 +151,4 @@ def oil_taken(
     """
     if s.mode == GRIPPED or n.stroke <= 0.0:
         return float(-rate_m_s * n.area) if rate_m_s < 0.0 else 0.0
-    return float(abs(s.place - place_before_m) / dt * n.annulus)
+    return abs(s.place - place_before_m) / dt * n.annulus

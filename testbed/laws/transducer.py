@@ -49,7 +49,7 @@ def sense_path(
     """Advance the transducers of one axis along the pressures a, b (n + 1, Pa) at the ends of n
     substeps of h.
 
-    s: TransducerState; p: TransducerParameters; weights: of `transducer_weights`.
+    weights: of `transducer_weights`.
     """
     yy, yr, ry, rr, old, rise = weights
     behind = 2.0 * p.pipe_damping / p.pipe_frequency

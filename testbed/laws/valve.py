@@ -138,7 +138,7 @@ def valve_path(
     """Openings at the ends of len(out) - 1 equal substeps of h into `out` (out[0]: now); the
     valve's state advances.
 
-    s: ValveState; p: ValveParameters; `command` is held; `weights` of `spool_weights`.
+    `command` is held; `weights` of `spool_weights`.
     """
     width, band, tau = p.hysteresis, p.dead_band, p.amplifier_lag
     spool, rate, amplifier, state = s.spool, s.spool_rate, s.amplifier, s.play

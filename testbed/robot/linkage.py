@@ -61,8 +61,8 @@ def length_of(position: float, linkage: Linkage) -> float:
         product = linkage.anchor * linkage.lever * math.cos(linkage.neutral + position)
         return math.sqrt(linkage.anchor**2 + linkage.lever**2 - 2.0 * product)
     if linkage.kind == INCLINED:
-        return float(linkage.slope * math.sqrt((position + linkage.along) ** 2 + linkage.across**2))
-    return float(linkage.slope * position)
+        return linkage.slope * math.sqrt((position + linkage.along) ** 2 + linkage.across**2)
+    return linkage.slope * position
 
 
 @njit
@@ -71,11 +71,11 @@ def arm_of(position: float, linkage: Linkage) -> float:
     if linkage.kind == LEVER:
         distance = length_of(position, linkage)
         across = linkage.anchor * linkage.lever * math.sin(linkage.neutral + position)
-        return float(across / distance)
+        return across / distance
     if linkage.kind == INCLINED:
         distance = math.sqrt((position + linkage.along) ** 2 + linkage.across**2)
-        return float(linkage.slope * (position + linkage.along) / distance)
-    return float(linkage.slope)
+        return linkage.slope * (position + linkage.along) / distance
+    return linkage.slope
 
 
 @njit
@@ -89,16 +89,14 @@ def joint_of(extension: float, linkage: Linkage) -> float:
     if linkage.kind == INCLINED:
         square = (length / linkage.slope) ** 2 - linkage.across**2
         return math.sqrt(square) - linkage.along if square >= 0.0 else math.nan
-    return float(length / linkage.slope)
+    return length / linkage.slope
 
 
 @njit
 def joint_to_cylinder(
     positions: Array, linkages: Records[Linkage], extensions: Array, arms: Array
 ) -> None:
-    """Fill `extensions` (n, m) and `arms` (n, m/rad or 1) from joint positions (n, rad and m) and
-    their `Linkage` records (n).
-    """
+    """Fill `extensions` (n, m) and `arms` (n, m/rad or 1) from joint positions (n, rad and m)."""
     for index in range(positions.shape[0]):
         extensions[index] = length_of(positions[index], linkages[index]) - linkages[index].closed
         arms[index] = arm_of(positions[index], linkages[index])

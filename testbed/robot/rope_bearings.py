@@ -92,7 +92,7 @@ class RopeBearings(Record):
 def follow(
     directions: Array, distances: Array, feet: Array, stands: Array, bearings: RopeBearings
 ) -> None:
-    """Bring `bearings`, a RopeBearings, up to date.
+    """Bring `bearings` up to date.
 
     directions (2, 3), distances (2), m: see SurveyedRopes. feet (4, 3), m: from the body's origin,
     in the frame of the survey; stands (4), 0 or 1: which of them stand. A foot whose place is

@@ -84,9 +84,8 @@ def between_steps(
 ) -> None:
     """Do the parts named by the flags `due`, after the engine steps that the board's clock counts.
 
-    boards: array of one Board; estimator: arrays of one ChainBelief and one ChainState; noises:
-    Noise, taken in turn by the samples; row: array of one DataRow, the running one; recorded:
-    RecordedRow, filled from the board's clock.recorded on.
+    boards, estimator, row: arrays of one record each, `row` the running one; noises: taken in turn
+    by the samples; recorded: RecordedRow (n,), filled from the board's clock.recorded on.
     """
     board = boards[0]
     if due & (MOVE | PLACE):

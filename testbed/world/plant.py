@@ -1,7 +1,7 @@
 """Everything between two engine steps that is not a rigid body, in one compiled call.
 
 Order: linkage -> ropes and traction -> hydraulics in substeps -> joint torques -> wrench on the
-body. `board` is always one Board (board.py).
+body.
 """
 
 from __future__ import annotations
@@ -80,8 +80,8 @@ def rotation_matrix(quaternion: Array, out: Array) -> None:
 
 @njit
 def move_body(body: BodyState, engine: EngineState, turn: Array, dt: float, at_rest: bool) -> None:
-    """Update a BodyState from the pose of the base's principal axes (EngineState), which are turned
-    by `turn` (4, xyzw) against the body.
+    """Update the body from the engine's pose of its principal axes, which are turned by `turn` (4,
+    xyzw) against the body.
 
     The engine moves a body with its new velocity during the whole step. The velocities therefore
     follow exactly from the difference of two poses.
@@ -196,7 +196,7 @@ def rope_step(board: Board, k: int) -> float:
     for i in range(3):
         board.given.force[i] += pull[i]
     add_cross(arm, pull, board.given.torque)
-    return float(oil_taken(device, board.traction, rope.rate, place, dt))
+    return oil_taken(device, board.traction, rope.rate, place, dt)
 
 
 @njit
@@ -321,7 +321,7 @@ def plant_step(board: Board) -> None:
 
 @njit
 def write_truth(row: TruthRow, board: Board, t: float) -> None:
-    """Fill a TruthRow."""
+    """Fill a row of truth at the time t, s."""
     rotation, body, centre = board.rotation, board.body, board.base_centre
     row.t = t
     pose = row.body_pose_in_world

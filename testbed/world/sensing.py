@@ -213,15 +213,15 @@ def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Transduc
         share = s.shown / s.range
         value += 4.0 * s.bow * share * (1.0 - share)
     value = counted(value, s.resolution)
-    return float(min(max(value, 0.0), s.range))
+    return min(max(value, 0.0), s.range)
 
 
 @njit
 def sense(row: DataRow, board: Board, noise: Noise, t: float, sample: int) -> None:
-    """Fill the sensors' part of a DataRow from the Board, and the board's gravity_in_body as the
-    inertial unit has it.
+    """Fill the sensors' part of the row, and the board's gravity_in_body as the inertial unit has
+    it.
 
-    noise: this sample's Noise; sample: how many samples were taken before, for transducers that are
+    noise: of this sample; sample: how many samples were taken before, for transducers that are
     late.
     """
     row.t = t
@@ -248,7 +248,7 @@ def sense(row: DataRow, board: Board, noise: Noise, t: float, sample: int) -> No
 
 @njit
 def sense_pressures(row: DataRow, board: Board, noise: Noise, t: float, sample: int) -> None:
-    """The transducers' readings into a DataRow."""
+    """The transducers' readings into the row."""
     warm = board.supply.temperature - board.sensors.calibrated_at
     slot = sample % DELAY_LENGTH
     for index in range(12):
@@ -263,8 +263,8 @@ def sense_pressures(row: DataRow, board: Board, noise: Noise, t: float, sample: 
 
 @njit
 def sense_motion(row: DataRow, board: Board, noise: Noise) -> None:
-    """The inertial unit, which sits at the body's origin, into a DataRow; gravity as it has it into
-    the Board.
+    """The inertial unit, which sits at the body's origin, into the row; gravity as it has it into
+    the board.
     """
     other, rotation, com = board.sensors, board.rotation, board.base_centre
     a = other.attitude_noise

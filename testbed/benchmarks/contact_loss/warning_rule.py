@@ -142,7 +142,7 @@ def time_left_s(across: WarningState, numbers: WarningNumbers) -> float:
         left = 0.0
     elif across.load.slope < 0.0:
         left = min(left, max(across.load.level - numbers.gone, 0.0) / -across.load.slope)
-    return float(left)
+    return left
 
 
 @njit
@@ -154,7 +154,7 @@ def foreseen_n(
     rest = min(slope + numbers.kappa * max(state.thrust.slope, 0.0), 0.0)
     by_thrust = min(slope, 0.0) - rest
     thrust_s = min(numbers.look_thrust, min(rising_s, left_s))
-    return float(state.load.level + by_thrust * thrust_s + rest * min(numbers.look, left_s))
+    return state.load.level + by_thrust * thrust_s + rest * min(numbers.look, left_s)
 
 
 @njit

@@ -159,11 +159,11 @@ def chi_square_step(state: KalmanState, z: float, numbers: ChiSquare) -> float:
     """
     q, r = numbers.process_variance, numbers.measurement_variance
     if state.started == 0.0:
-        return float(start(state, z, r))
+        return start(state, z, r)
     error = z - state.value
     if not np.isfinite(z) or error * error > numbers.limit * (state.variance + q + r):
-        return float(only_predict(state, q))
-    return float(predict_and_update(state, z, q, r))
+        return only_predict(state, q)
+    return predict_and_update(state, z, q, r)
 
 
 @njit
@@ -173,11 +173,11 @@ def huber_step(state: KalmanState, z: float, numbers: Huber) -> float:
     """
     q, r = numbers.process_variance, numbers.measurement_variance
     if state.started == 0.0:
-        return float(start(state, z, r))
+        return start(state, z, r)
     if not np.isfinite(z):
-        return float(only_predict(state, q))
+        return only_predict(state, q)
     deviations = abs(z - state.value) / math.sqrt(state.variance + q + r)
-    return float(predict_and_update(state, z, q, r * max(1.0, deviations / numbers.corner)))
+    return predict_and_update(state, z, q, r * max(1.0, deviations / numbers.corner))
 
 
 @njit
@@ -185,11 +185,11 @@ def saturated_step(state: KalmanState, z: float, numbers: Saturated) -> float:
     """One sample; a far one pulls, but no more than one at the limit."""
     q, r = numbers.process_variance, numbers.measurement_variance
     if state.started == 0.0:
-        return float(start(state, z, r))
+        return start(state, z, r)
     if not np.isfinite(z):
-        return float(only_predict(state, q))
+        return only_predict(state, q)
     error = min(max(z - state.value, -numbers.limit), numbers.limit)
-    return float(predict_and_update(state, state.value + error, q, r))
+    return predict_and_update(state, state.value + error, q, r)
 
 
 @njit
@@ -201,9 +201,9 @@ def student_t_step(state: KalmanState, z: float, numbers: StudentT) -> float:
     """
     q, r = numbers.process_variance, numbers.measurement_variance
     if state.started == 0.0:
-        return float(start(state, z, r))
+        return start(state, z, r)
     if not np.isfinite(z):
-        return float(only_predict(state, q))
+        return only_predict(state, q)
     prior, nu = state.variance + q, numbers.freedom
     x, variance = state.value, prior
     for _ in range(ITERATIONS):
@@ -211,7 +211,7 @@ def student_t_step(state: KalmanState, z: float, numbers: StudentT) -> float:
         gain = prior / (prior + noise)
         x, variance = state.value + gain * (z - state.value), (1.0 - gain) * prior
     state.value, state.variance = x, variance
-    return float(x)
+    return x
 
 
 @dataclass(frozen=True)

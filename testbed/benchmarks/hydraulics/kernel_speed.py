@@ -87,8 +87,7 @@ def kernel_loop(
     """Forces of every step into out (steps, n): the kernel called from compiled code, as the world
     does.
 
-    given: AxisInput (n) with the extensions at the start; unit: a SupplyState and its PowerUnit;
-    moves (2, steps, n): rates and commands.
+    given (n): with the extensions at the start; moves (2, steps, n): rates and commands.
     """
     supply, power = unit
     for index in range(out.shape[0]):

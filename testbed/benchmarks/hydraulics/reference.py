@@ -241,7 +241,7 @@ def axis_rates(
     dy[6] = 1e3 * dz
     rod = pa * p.a.area - pb * p.b.area - (p.a.area - p.b.area) * P0
     dy[8] = (rod - friction + stop_force(p, x, v)) / 100.0
-    return float(from_supply_a + from_supply_b)
+    return from_supply_a + from_supply_b
 
 
 @njit
@@ -302,8 +302,7 @@ def held_rates(
     valves: tuple[Array, Array, Array],
     oil: tuple[float, float],
 ) -> Array:
-    """`rates` where the pistons' rates and the commands are held from t = 0 on; units: array of one
-    PowerUnit.
+    """`rates` where the pistons' rates and the commands are held from t = 0 on; units: (1).
 
     motion: extensions and rates; valves: amplifier, command and play; oil: what traction takes, and
     the warmth.

@@ -133,7 +133,7 @@ def _coulomb_scale(p: LegParameters, x: float) -> float:
     if p.fpos == 0.0:
         return 1.0
     if p.fpos_form == 0.0:
-        return float(max(0.05, 1.0 + p.fpos * xi))
+        return max(0.05, 1.0 + p.fpos * xi)
     if p.fpos_form == 1.0:
         return float(max(0.05, 1.0 + 0.5 * p.fpos * np.tanh(4.0 * xi)))
     return float(max(0.05, 1.0 + p.fpos * 0.6 * np.sin(4.0 * xi + 0.7)))
@@ -185,14 +185,14 @@ def _supply_change(p: LegParameters, supply: float, drawn: float, h: float) -> f
     fall = p.droop * max(drawn, 0.0)
     if p.droop_form == 1.0:
         fall = 1.3 * p.droop * max(drawn, 0.0) ** 1.5 / np.sqrt(4e-4)
-    return float(h * ((p.supply - supply) - fall) / p.droop_time)
+    return h * ((p.supply - supply) - fall) / p.droop_time
 
 
 @njit
 def _leak(p: LegParameters, difference: float) -> float:
     if p.leak_form == 1.0:
         return float(p.leak * 1.8e6 * np.sign(difference) * np.sqrt(abs(difference) / 1.8e6))
-    return float(p.leak * difference)
+    return p.leak * difference
 
 
 @njit
@@ -205,7 +205,7 @@ def _softness(p: LegParameters, pressure: float) -> float:
             soft += p.air / (1.4 * up) * (1e5 / up) ** (1.0 / 1.4)
         else:
             soft += p.air * 1e5 / up**2
-    return float(soft)
+    return soft
 
 
 @njit
@@ -293,16 +293,14 @@ def _push(p: LegParameters, x: float, time: float) -> float:
         push += p.cush * (into if p.cush_form == 0.0 else into * into / 0.06)
     if p.ripple > 0.0:
         push += p.ripple * np.sin(2.0 * np.pi * x / p.ripple_wave)
-    return float(push)
+    return push
 
 
 @njit
 def _viscosity(p: LegParameters, temperature: float) -> float:
     """Sigma over its value at 20 degC."""
     warm = temperature - 20.0
-    return float(
-        np.exp(-p.temp * warm) if p.temp_form == 0.0 else 1.0 / (1.0 + p.temp * max(warm, -15.0))
-    )
+    return np.exp(-p.temp * warm) if p.temp_form == 0.0 else 1.0 / (1.0 + p.temp * max(warm, -15.0))
 
 
 @njit

@@ -88,8 +88,8 @@ def remember_motion(
     fresh: bool,
     dt: float,
 ) -> None:
-    """One sample into `memory.motion` of a foot; memory: FootMemory, whose running means already
-    hold it; numbers: ViewNumbers. A missing reading of the inertial unit changes nothing.
+    """One sample into `memory.motion` of a foot, whose running means already hold it. A missing
+    reading of the inertial unit changes nothing.
     """
     motion, means = memory.motion, memory.means
     quick, brief = dt / (QUICK_S + dt), dt / (BRIEF_S + dt)
@@ -127,7 +127,7 @@ def remember_motion(
 def view_of_motion(
     memories: Records[FootMemory], foot: int, numbers: ViewNumbers, view: MotionView
 ) -> None:
-    """Into a MotionView: what the motion of the body and of this foot says."""
+    """Into `view`: what the motion of the body and of this foot says."""
     memory, unit = memories[foot], numbers.loss_force
     motion, means = memory.motion, memory.means
     shaken = swung_own = swung_carried = 0.0

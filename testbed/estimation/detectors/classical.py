@@ -48,7 +48,7 @@ def cusum_step(
     gain = -m0 / (numbers.sd * numbers.sd) * (sample.row.estimate.own[foot] - 0.5 * m0)
     gain = min(max(gain, -numbers.limit), numbers.limit)
     state.sum = min(max(state.sum + gain, 0.0), HIGHEST)
-    return float(state.sum)
+    return state.sum
 
 
 class Cusum(CompiledDetector, step=cusum_step):
@@ -198,7 +198,7 @@ def multiple_model_step(
     share = state.variance / spread
     state.load = max(state.load + share * carried, numbers.least_load)
     state.variance *= 1.0 - share
-    return float(state.odds)
+    return state.odds
 
 
 class MultipleModel(CompiledDetector, step=multiple_model_step):
@@ -254,7 +254,7 @@ def momentum_step(
     else:
         state.integral += dt_s * (force - state.residual)
     state.residual = numbers.gain * (state.integral - momentum)
-    return float(-state.residual)
+    return -state.residual
 
 
 class Momentum(CompiledDetector, step=momentum_step):
@@ -290,7 +290,7 @@ def smoothed_step(
     own = sample.row.estimate.own[foot]
     share = dt_s / (numbers.mean_time + dt_s) if state.started != 0.0 else 1.0
     state.mean, state.started = state.mean + share * (own - state.mean), 1.0
-    return float(-state.mean)
+    return -state.mean
 
 
 class Smoothed(CompiledDetector, step=smoothed_step):

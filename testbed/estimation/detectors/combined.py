@@ -69,7 +69,7 @@ def step_on(
     load += numbers.weight_carried * carried
     state.mean = load if state.started == 0.0 else state.mean + share * (load - state.mean)
     state.started = 1.0
-    return float(-state.mean)
+    return -state.mean
 
 
 @njit
@@ -78,7 +78,7 @@ def step(
 ) -> float:
     """One sample of one foot."""
     own = sample.row.estimate.own[foot]
-    return float(step_on(own, sample.derived, foot, numbers, state, dt_s))
+    return step_on(own, sample.derived, foot, numbers, state, dt_s)
 
 
 class Combined(CompiledDetector, step=step):

@@ -96,8 +96,8 @@ def remember_history(
     fresh: bool,
     dt: float,
 ) -> None:
-    """One sample into `memory.history` of a foot; memory: FootMemory, whose running means already
-    hold it; `unit`: loss force, N.
+    """One sample into `memory.history` of a foot, whose running means already hold it; `unit`: loss
+    force, N.
     """
     history = memory.history
     free = carried + unit * beyond(memory.behind[0] / unit, BREAK_AWAY)
@@ -134,7 +134,7 @@ def stirred_on_average(memories: Records[FootMemory], kind: int) -> float:
 def view_of_history(
     memories: Records[FootMemory], foot: int, sd: float, unit: float, view: HistoryView
 ) -> None:
-    """Into a HistoryView: what the foot's history says; `sd`: of `own`, N."""
+    """Into `view`: what the foot's history says; `sd`: of `own`, N."""
     memory = memories[foot]
     history, means = memory.history, memory.means
     settled, own_10 = history.settled, means[0, 1]

@@ -133,7 +133,7 @@ def _share(dt: float, time_s: float) -> float:
 def remember(
     row: DataRow, derived: Derived, foot: int, numbers: ViewNumbers, memory: FootMemory, dt: float
 ) -> None:
-    """One sample into the memory of one foot: DataRow, Derived, ViewNumbers -> FootMemory."""
+    """One sample into the memory of one foot."""
     loads = (row.estimate.own[foot], derived.carried[foot], derived.balance[foot])
     means = memory.means
     started = memory.started != 0.0
@@ -197,7 +197,7 @@ def update_views(
     dt: float,
     views: Records[View],
 ) -> None:
-    """One sample: DataRow, Derived, FootMemory (4) -> View (4)."""
+    """One sample into the memories (4) of the feet and their views (4)."""
     unit = numbers.loss_force
     for foot in range(len(LEGS)):
         remember(row, derived, foot, numbers, memories[foot], dt)
@@ -291,7 +291,7 @@ def answer(view: Array, numbers: LearnedNumbers, wide: Array) -> float:
         for i in range(first, first + WIDE_OF_ONE):
             total += numbers.weight_1[j, i] * wide[i]
         odds += numbers.weight_2[j] * math.tanh(total)
-    return float(odds)
+    return odds
 
 
 @njit
@@ -304,7 +304,7 @@ def _judge(
     table: Array,
     scores: Array,
 ) -> None:
-    """Samples (n,) -> scores (n, 4); views: View (4), scratch, and the same as a table."""
+    """Scores (n, 4) of samples (n,); views (4): scratch, and the same as a table."""
     wide = np.empty(WIDE)
     share = dt / (numbers[0].smooth + dt)
     for n in range(samples.shape[0]):

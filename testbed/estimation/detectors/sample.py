@@ -139,14 +139,14 @@ def gravity_along(attitude: Array, gravity: float) -> float:
     """Gravity along extension of the vertical joints (-z of the body), m/s2, at roll, pitch,
     yaw.
     """
-    return float(gravity * math.cos(attitude[1]) * math.cos(attitude[0]))
+    return gravity * math.cos(attitude[1]) * math.cos(attitude[0])
 
 
 @njit
 def orifice(opening: float, drop_pa: float, valve: Valve) -> float:
     """Flow through an edge, m3/s: rated |o| sqrt(dp / rated drop), signed by dp."""
     size = valve.rated_flow * abs(opening) * math.sqrt(abs(drop_pa) / valve.rated_drop)
-    return float(size if drop_pa >= 0.0 else -size)
+    return size if drop_pa >= 0.0 else -size
 
 
 @njit
@@ -178,7 +178,7 @@ def held_share(opened: bool, kind: float, load_pa: float, pilot_pa: float, valve
     """
     if not opened:
         return 0.0
-    return float(outlet_share(kind, load_pa, pilot_pa, valve.setting, valve.pilot_ratio))
+    return outlet_share(kind, load_pa, pilot_pa, valve.setting, valve.pilot_ratio)
 
 
 @njit
@@ -194,7 +194,6 @@ def oil_travel(
     """How far (m) the piston moved while the pressures changed by `change` (A, B; Pa): see the
     equations above.
 
-    state: OilState; c: Cylinder; valve: Valve.
     """
     pa, pb = state.pressure_a, state.pressure_b
     ka, kb = oil_springs(pa, pb, extension, c)
@@ -205,7 +204,7 @@ def oil_travel(
 
 @njit
 def derive(row: DataRow, belief: ChainBelief, states: Records[OilState], out: Derived) -> None:
-    """One sample: a DataRow with its estimates, the ChainBelief, OilState (4) -> Derived."""
+    """One sample: from a row with its estimates into `out`; states: (4)."""
     for leg in range(len(LEGS)):
         derive_leg(row, leg, belief, states[leg], out)
 

@@ -186,7 +186,7 @@ def _detect(
 def step(state: FootState, t: float, force: float, foot: FootNumbers) -> float:
     """The contact state after a sample: 1 loaded, 0 lost; nan before the first good sample.
 
-    state: FootState; foot: FootNumbers; t in s, force in N.
+    t in s, force in N.
     """
     if math.isfinite(force) and math.isfinite(t):
         if state.started == 0.0:
@@ -236,21 +236,21 @@ def follow(state: FootState, t: float, force: float, foot: FootNumbers) -> None:
 def smoothing_s(state: FootState, foot: FootNumbers) -> float:
     """Time constant that leaves just as much noise as a loss can bear, s."""
     quiet = QUIET * foot.loss_share * foot.nominal_load
-    return float(min(0.5 * state.step * (state.noise / quiet) ** 2, LONGEST_SMOOTHING_S))
+    return min(0.5 * state.step * (state.noise / quiet) ** 2, LONGEST_SMOOTHING_S)
 
 
 @njit
 def smoothed_noise(state: FootState, foot: FootNumbers) -> float:
     """Standard deviation of the smoothed load, N."""
     smoothing = smoothing_s(state, foot)
-    return float(state.noise * math.sqrt(state.step / (2.0 * smoothing + state.step)))
+    return state.noise * math.sqrt(state.step / (2.0 * smoothing + state.step))
 
 
 @njit
 def spread_of(state: FootState, foot: FootNumbers) -> float:
     """How far the flight level may have moved, N, within its bounds."""
     nominal = foot.nominal_load
-    return float(min(max(state.spread, LEAST_SPREAD * nominal), MOST_SPREAD * nominal))
+    return min(max(state.spread, LEAST_SPREAD * nominal), MOST_SPREAD * nominal)
 
 
 @njit

@@ -35,14 +35,14 @@ def predict_and_update(state: KalmanState, z: float, q: float, r: float) -> floa
     gain = prior / (prior + r)
     state.value += gain * (z - state.value)
     state.variance = (1.0 - gain) * (1.0 - gain) * prior + gain * gain * r
-    return float(state.value)
+    return state.value
 
 
 @njit
 def only_predict(state: KalmanState, q: float) -> float:
     """A step without a sample: the variance grows."""
     state.variance += q
-    return float(state.value)
+    return state.value
 
 
 @njit
@@ -60,12 +60,10 @@ def start(state: KalmanState, z: float, r: float) -> float:
 def step(state: KalmanState, z: float, numbers: Numbers) -> float:
     """One sample through the KBF; a sample that is not a number only propagates P."""
     if state.started == 0.0:
-        return float(start(state, z, numbers.measurement_variance))
+        return start(state, z, numbers.measurement_variance)
     if not np.isfinite(z):
-        return float(only_predict(state, numbers.process_variance))
-    return float(
-        predict_and_update(state, z, numbers.process_variance, numbers.measurement_variance)
-    )
+        return only_predict(state, numbers.process_variance)
+    return predict_and_update(state, z, numbers.process_variance, numbers.measurement_variance)
 
 
 run = over(step, KalmanState, Numbers)

@@ -24,12 +24,10 @@ class Numbers(kbf.Numbers):
 def step(state: KalmanState, z: float, numbers: Numbers) -> float:
     """One sample; one that is not a number is rejected."""
     if state.started == 0.0:
-        return float(start(state, z, numbers.measurement_variance))
+        return start(state, z, numbers.measurement_variance)
     if not abs(z - state.value) <= numbers.innovation_limit:
-        return float(only_predict(state, numbers.process_variance))
-    return float(
-        predict_and_update(state, z, numbers.process_variance, numbers.measurement_variance)
-    )
+        return only_predict(state, numbers.process_variance)
+    return predict_and_update(state, z, numbers.process_variance, numbers.measurement_variance)
 
 
 run = over(step, KalmanState, Numbers)

@@ -68,10 +68,10 @@ def step(state: PersistentState, z: float, numbers: Numbers) -> float:
     """One sample; one that is not a number only propagates P."""
     now, q, r = state.estimate, numbers.process_variance, numbers.measurement_variance
     if not np.isfinite(z):
-        return float(only_predict(now, q))
+        return only_predict(now, q)
     if now.started == 0.0:
         state.lively = 0.0
-        return float(start(now, z, r))
+        return start(now, z, r)
     state.lively *= LIVELY_DECAY
     lively = state.lively > LIVELY_FROM
     q += state.lively * r
@@ -84,13 +84,13 @@ def step(state: PersistentState, z: float, numbers: Numbers) -> float:
         state.lively = 1.0
     if restless or not outside:
         state.count *= FORGET
-        return float(predict_and_update(now, z, q, r))
+        return predict_and_update(now, z, q, r)
     now.variance += q
     hold_back(state, z, 1.0 if error > 0.0 else -1.0, numbers)
     if abs(state.count) >= (LIVELY_HOLD if lively else numbers.hold_samples):
         now.value, now.variance = state.held.value, state.held.variance
         state.count, state.lively, state.rejected = 0.0, 1.0, 0.0
-    return float(now.value)
+    return now.value
 
 
 @njit

@@ -113,10 +113,10 @@ def cushion_n(x: float, v: float, belief: AxisBelief) -> float:
     if length <= 0.0:
         return 0.0
     if v < 0.0 and x < length:
-        return float(-damping * v * (length - max(x, 0.0)) / length)
+        return -damping * v * (length - max(x, 0.0)) / length
     left = belief.cylinder.stroke - x
     if v > 0.0 and left < length:
-        return float(-damping * v * (length - max(left, 0.0)) / length)
+        return -damping * v * (length - max(left, 0.0)) / length
     return 0.0
 
 
@@ -124,7 +124,7 @@ def cushion_n(x: float, v: float, belief: AxisBelief) -> float:
 def end_forces_n(c: Cylinder, x: float) -> float:
     """Offset, spring and cushion of a believed model, N along extension."""
     force = c.offset - c.spring_stiffness * (x - c.spring_rest)
-    return float(force + c.cushion_stiffness * max(c.cushion_start - x, 0.0))
+    return force + c.cushion_stiffness * max(c.cushion_start - x, 0.0)
 
 
 @njit
@@ -162,7 +162,7 @@ def step_axis(
     belief: AxisBelief,
     state: AxisState,
 ) -> None:
-    """One cylinder, one step into its AxisState: readings are both pressures Pa, extension m."""
+    """One cylinder, one step: `state` moves on. readings: both pressures, Pa, and extension, m."""
     reading_a, reading_b, reading_m = readings
     dt, c, seen = decisions.dt, belief.cylinder, state.encoder
     pa = chamber_pressure(reading_a, c.sensor_a, state.time)
@@ -221,5 +221,5 @@ def unsure(state: AxisState, decisions: Decisions) -> float:
     """How much wider than long after a stop friction is spread over its set."""
     fresh = 1.0 + decisions.fresh_more * math.exp(-state.rested / decisions.fresh)
     if state.has_slid != 0.0:
-        return float(fresh)
-    return float(max(fresh, decisions.stuck_share / decisions.rest_share))
+        return fresh
+    return max(fresh, decisions.stuck_share / decisions.rest_share)

@@ -51,8 +51,8 @@ def something_else_carries(
 ) -> bool:
     """Whether something else than feet, ropes and drill carries the body; counts for how long.
 
-    rows (6, N) of the unknowns, wrench (6) that is missing with nothing learnt taken off, N and
-    N m; variance: of its force along z, N2; BodyBelief, BodyState.
+    rows (6, N): of the unknowns; wrench (6): residual of the balance before anything learnt is
+    subtracted, N and N m; variance: of its force along z, N2.
     """
     fusion, support, least = state.fusion, state.support, SHARE * body.weight
     lift = -left_over(fusion, rows[UP], wrench[UP])
@@ -67,7 +67,7 @@ def something_else_carries(
     support.otherwise = support.otherwise + body.every * body.decisions.dt if turns else 0.0
     if support.otherwise >= TURNS_S:
         support.carries, support.otherwise = 1.0 - support.carries, 0.0
-    return bool(support.carries != 0.0)
+    return support.carries != 0.0
 
 
 @njit
@@ -87,4 +87,4 @@ def within_belly(fusion: Fusion, rows: Array, wrench: Array, lift: float, body: 
     about_y = -left_over(fusion, rows[ABOUT_Y], wrench[ABOUT_Y])
     height = body.belly_height
     x, y = (height * along - about_y) / lift, (about_x + height * aside) / lift
-    return bool(abs(x) < body.belly_length and abs(y) < body.belly_width)
+    return abs(x) < body.belly_length and abs(y) < body.belly_width

@@ -48,8 +48,7 @@ def add_fast_changes(
 ) -> None:
     """One step: add to the loads (4), N, what the body's acceleration shows of their fast changes.
 
-    specific_force: of the body along z, m/s2; body: BodyBelief; state:
-    AccelerationMemory. A missing sample adds nothing and teaches nothing.
+    specific_force: of the body along z, m/s2. A missing sample changes nothing.
     """
     dt, beyond, feet = body.decisions.dt, body.body_mass * specific_force, 0.0
     for k in range(4):
@@ -71,4 +70,4 @@ def add_fast_changes(
 @njit
 def share_carried(load: float, body: BodyBelief) -> float:
     """How much of its part a foot of this mean load (N) takes, 0 to 1."""
-    return float(min(max(load / body.carries, 0.0), 1.0))
+    return min(max(load / body.carries, 0.0), 1.0)

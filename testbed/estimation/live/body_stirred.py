@@ -59,8 +59,8 @@ def stir(specific_force: Array, dt: float, state: Stirred) -> None:
 @njit
 def moving_variance(load: float, begun: float, body: BodyBelief, state: Stirred) -> float:
     """Variance of a foot's load (N) while its piston slides, beside friction's, N2; begun:
-    just_begun of told_friction.py; body: BodyBelief.
+    just_begun of told_friction.py.
     """
     share = SLIDING + (BEGUN - SLIDING) * begun
     own = share * body.body_mass / len(LEGS) * share_carried(load, body)
-    return float(body.steady_sd**2 + own * own * state.variance)
+    return body.steady_sd**2 + own * own * state.variance

@@ -121,8 +121,7 @@ class ChainState(Record):
 
 @njit
 def step_leg(row: DataRow, leg: int, belief: ChainBelief, state: LegState) -> None:
-    """One leg, one step, from the measured part of a DataRow `row` to its estimates; `belief`:
-    ChainBelief, `state`: the leg's LegState, which moves on.
+    """One leg, one step, from the measured part of `row` to its estimates; `state` moves on.
 
     Corrects the pressures for believed sensor errors first; published columns (1), (3) use them
     corrected too. Friction and oil are the rod's; `arm`, the rod's way by the joint's, turns its
@@ -201,13 +200,13 @@ def rod_variance(
     level = belief.friction_share * 0.5 * (out.coulomb + back.coulomb)
     friction = level**2 + (slope * belief.speed_sd) ** 2
     rest = (0.5 * friction_at_rest.SPREAD * width) ** 2
-    return float(sensors + friction + rest)
+    return sensors + friction + rest
 
 
 @njit
 def step_chain(row: DataRow, belief: ChainBelief, state: ChainState) -> None:
-    """All four legs, one step: reads the measured part of a DataRow and writes its estimates and
-    contact states.
+    """All four legs, one step: reads the measured part of `row`, writes its estimates and contact
+    states.
 
     Attitude, rates, specific force, ropes, stance and what the drill's controls know serve the
     whole body's balance, where one is believed. The vertical joints extend along -z of the body.
@@ -227,7 +226,7 @@ def step_chain(row: DataRow, belief: ChainBelief, state: ChainState) -> None:
 def replay_chain(
     rows: Records[DataRow], belief: Records[ChainBelief], state: Records[ChainState]
 ) -> None:
-    """`step_chain` over rows (n,) of DataRow; belief and state of shape (1,)."""
+    """`step_chain` over rows (n,); belief and state of shape (1,)."""
     for index in range(rows.shape[0]):
         step_chain(rows[index], belief[0], state[0])
 

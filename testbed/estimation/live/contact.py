@@ -73,4 +73,4 @@ def step(state: ContactState, load: float, dt: float, limits: ContactLimits) -> 
     if long or settled or (surely and state.surely >= limits.dwell_sure - 0.5 * dt):
         state.contact, state.since, state.surely = 1.0 - state.contact, 0.0, 0.0
         state.mean = load
-    return float(state.contact)
+    return state.contact

@@ -57,8 +57,7 @@ def write_cylinder_weights(cylinder: int, weight: float, axis: AxisState, weight
     """Write into `weights` how the unknowns of a cylinder enter an observed force, of which the
     cylinder's force is the part `weight`.
 
-    axis: its AxisState; `use` is the share of its friction that acts, positive extending and
-    negative retracting.
+    axis.use is the share of its friction that acts, positive extending and negative retracting.
     """
     weights[fu.ZERO + cylinder] = weights[fu.DEVIATION + cylinder] = weight
     weights[fu.OUT + cylinder] = weight * max(axis.use, 0.0)
@@ -110,7 +109,7 @@ def reported_variance(leg: int, weights: Array, body: BodyBelief, state: BodySta
     fixed = min(max(leg_variance(state.fusion.fixed, weights, leg), 0.0), variance)
     known = doubt.told_share(told_of_constants(piston, body.told), state.doubt)
     told_variance = known * known * fixed + share * share * (variance - fixed)
-    return float(told_variance + body.noise_sd * body.noise_sd)
+    return told_variance + body.noise_sd * body.noise_sd
 
 
 @njit
@@ -123,7 +122,7 @@ def spread_variance(leg: int, weights: Array, body: BodyBelief, state: BodyState
     share = body.spread_share * (body.spread_stuck if stuck else 1.0)
     share = doubt.told_share(share, state.doubt)
     variance = max(leg_variance(state.fusion.p, weights, leg), 0.0)
-    return float(share * share * variance + body.noise_sd * body.noise_sd)
+    return share * share * variance + body.noise_sd * body.noise_sd
 
 
 # What contact says about the force on a foot: it is zero in the air; on the ground it pushes and

@@ -80,7 +80,7 @@ def cost_of_balance(fusion: Fusion) -> float:
     cost = (squares - common * total**2) / (1.0 - alike)
     for equation in VERTICAL_EQUATIONS:
         cost += (x[fu.BALANCE + equation] / sizes.doubted_sd[equation]) ** 2
-    return float(cost)
+    return cost
 
 
 @njit
@@ -93,23 +93,23 @@ def told_share(share: float, doubt: float) -> float:
 
 @njit
 def believable_cost(axes: Records[AxisState], body: BodyBelief) -> float:
-    """Up to this cost a balance is believed: `doubt_cost` while no vertical piston has slid since
-    the start, SLID times that otherwise; AxisState of AXES, BodyBelief.
+    """Cost up to which a balance is believed: `doubt_cost` while no vertical piston has slid since
+    the start, SLID times that otherwise.
     """
     slid = 0.0
     for piston in VERTICAL:
         slid = max(slid, axes[piston].has_slid)
-    return float(body.doubt_cost * (SLID if slid > 0.0 else 1.0))
+    return body.doubt_cost * (SLID if slid > 0.0 else 1.0)
 
 
 @njit
 def followed(doubt: float, cost: float, believable: float, body: BodyBelief) -> float:
-    """The doubt after one balance at this cost: it grows while the cost is more than the believable
-    one over the doubt, and fades while it is less; BodyBelief.
+    """The doubt after one balance at this cost: it grows while the cost exceeds the believable one
+    over the doubt, and fades while it is less.
     """
     if body.doubt_cost <= 0.0 or not math.isfinite(cost):
         return NONE
     rate = math.log(max(cost, LEAST_COST) * doubt / believable)
     rate = min(max(rate, -FASTEST), FASTEST)
     passed = body.every * body.decisions.dt / body.doubt_time
-    return float(min(max(doubt * math.exp(rate * passed), NONE), MOST))
+    return min(max(doubt * math.exp(rate * passed), NONE), MOST)

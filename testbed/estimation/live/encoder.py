@@ -100,4 +100,4 @@ def sliding(state: EncoderState, resolution: float, slow_m_s: float, fast_m_s: f
         return 0.0
     bound = resolution / max(state.since_count, state.gap, 1.0e-6)
     overdue = 3.0 - state.since_count / (state.gap + OVERDUE_S)
-    return float(min(1.0, max(0.0, min(overdue, (bound - slow_m_s) / (fast_m_s - slow_m_s)))))
+    return min(1.0, max(0.0, min(overdue, (bound - slow_m_s) / (fast_m_s - slow_m_s))))

@@ -80,7 +80,7 @@ def step(
     if slides > 0.0:
         memory.slow = min(max(memory.slow + memory.bent, low), high)
         memory.bent = 0.0
-        return float(memory.slow)
+        return memory.slow
     taken = push * max(push * change, 0.0) if push != 0.0 else change
     drift = (middle - memory.slow) * min(dt / DRIFT_S, 1.0)
     memory.slow += (1.0 - memory.shut) * OPEN_SHARE * taken + drift
@@ -88,4 +88,4 @@ def step(
     bend = -ratio * change
     room = max(0.0, 1.0 - memory.bent / high) if bend > 0.0 else max(0.0, 1.0 - memory.bent / low)
     memory.bent += memory.shut * bend * room - memory.bent * min(dt / BENT_S, 1.0)
-    return float(min(max(memory.slow + memory.bent, low), high))
+    return min(max(memory.slow + memory.bent, low), high)

@@ -95,7 +95,7 @@ def of_moment(fusion: Fusion) -> tuple[float, float]:
 
 @njit
 def follow_surprise(fusion: Fusion, numbers: SurpriseNumbers, state: SurpriseState) -> None:
-    """Take one balance: Fusion after it, SurpriseNumbers, SurpriseState."""
+    """Update the surprise after one balance."""
     if numbers.worth <= 0.0:
         state.level = NONE
         return

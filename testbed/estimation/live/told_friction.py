@@ -49,7 +49,7 @@ class ForceRange(Record):
 @njit
 def follow_force(force: float, slides: float, ends: ForceRange) -> None:
     """Extend a piston's ForceRange by its force (N), or begin it anew while it slides. A missing
-    force changes nothing. slides (0 to 1): as in AxisState.
+    force changes nothing. slides: how surely it slides, 0 to 1.
     """
     if not math.isfinite(force):
         return
@@ -61,36 +61,34 @@ def follow_force(force: float, slides: float, ends: ForceRange) -> None:
 
 @njit
 def just_begun(axis: AxisState, shares: ToldShares) -> float:
-    """1 for a piston (AxisState) that begins to slide now, falling to 0 as it slides on."""
+    """1 for a piston that begins to slide now, falling to 0 as it slides on."""
     return math.exp(-axis.slid / shares.begun_s)
 
 
 @njit
 def told_of_constants(axis: AxisState, shares: ToldShares) -> float:
     """Reported share of the standard deviation that the machine's constants make: all of it when
-    the piston (AxisState) has just begun to slide, less while it slides on and reveals them, more
-    at rest, where nothing reveals them.
+    the piston has just begun to slide, less while it slides on and reveals them, more at rest,
+    where nothing reveals them.
     """
     if axis.slides <= 0.0:
-        return float(shares.resting)
-    return float(1.0 + (shares.constants - 1.0) * (1.0 - just_begun(axis, shares)))
+        return shares.resting
+    return 1.0 + (shares.constants - 1.0) * (1.0 - just_begun(axis, shares))
 
 
 @njit
 def told_of_friction(
     axis: AxisState, ends: ForceRange, noise_n: float, shares: ToldShares
 ) -> float:
-    """Reported share of the standard deviation that the friction of a piston (AxisState) makes;
-    ends: its ForceRange, of which `noise_n` is noise.
+    """Reported share of the standard deviation that the friction of a piston makes; ends: the range
+    of its force, of which `noise_n` is noise.
     """
     if axis.slides > 0.0:
         begun = just_begun(axis, shares)
-        return float(shares.sliding + (shares.begun - shares.sliding) * begun)
+        return shares.sliding + (shares.begun - shares.sliding) * begun
     width = max(axis.high - axis.low, 1.0)
     gone = max(ends.high - ends.low - noise_n, 0.0) / width
     if axis.has_slid == 0.0:
-        return float(
-            shares.stuck + (shares.led - shares.stuck) * min(gone / shares.led_within, 1.0)
-        )
+        return shares.stuck + (shares.led - shares.stuck) * min(gone / shares.led_within, 1.0)
     loaded = min(gone / shares.loaded_within, 1.0)
-    return float(shares.stopped + (shares.loaded - shares.stopped) * loaded)
+    return shares.stopped + (shares.loaded - shares.stopped) * loaded

@@ -272,8 +272,8 @@ def balance_body(
 
 @njit
 def step_body(row: DataRow, body: BodyBelief, state: BodyState) -> None:
-    """Advance the estimate by one step: reads the measured part of `row` (a DataRow) and writes its
-    `own` estimates, N. body, state: BodyBelief and BodyState.
+    """Advance the estimate by one step: reads the measured part of `row` and writes its `own`
+    estimates, N.
     """
     extension, arms = np.empty(12), np.empty(12)
     joint_to_cylinder(row.position, body.linkages, extension, arms)

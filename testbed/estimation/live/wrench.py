@@ -145,9 +145,9 @@ def view_of(
 def other_wrench(row: DataRow, view: View, turning: Array, pulls: Pulls, body: BodyBelief) -> Array:
     """Wrench (6) of weight, inertia, ropes and drill.
 
-    row: DataRow (posture, what the drill's controls know). The view's
-    specific force and `turning` (3) rad/s2 (angular acceleration) carry the body and the inner
-    links; frames and feet stand still and carry gravity alone.
+    row: posture, and what the drill's controls know. Body and inner links move with the view's
+    specific force and the angular acceleration `turning` (3) rad/s2; frames and feet stand still
+    and feel gravity alone.
     """
     wrench, force = np.zeros(6), np.empty(3)
     for axis in range(3):

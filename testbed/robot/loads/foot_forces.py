@@ -104,7 +104,7 @@ def link_motion(leg: LegNumbers, link: int, first: int, joints: JointMotion, rho
     """How the centre of mass of a link (TURN, OUT, DOWN: the joint that it goes with) moves as seen
     from the body; its place from the hip into `rho` (3), m.
 
-    leg: LegNumbers; joints: JointMotion, of which this leg's begin at `first`.
+    joints: those of this leg begin at `first`.
     """
     turn, out, down = first + TURN, first + OUT, first + DOWN
     slides, lowers = link >= OUT, link == DOWN
@@ -149,8 +149,7 @@ def link_force(
     a = lift + alpha x s + w x (w x s) + 2 w x v + a', with s the centre from the point whose lift
     is given, v and a' its motion as seen from the turning body (link_motion).
 
-    leg: LegNumbers; joints: JointMotion, of which this leg's begin at `first`; bodies: array of one
-    BodyMotion, in the body frame.
+    joints: those of this leg begin at `first`; bodies: (1), in the body frame.
     """
     seen = link_motion(leg, link, first, joints, rho)
     body, moved = bodies[0], leg.links[link]
@@ -173,7 +172,7 @@ def link_force(
 
 @njit
 def in_body_frame(rotation: Array, world: BodyMotion, bodies: Records[BodyMotion]) -> None:
-    """BodyMotion `world` of the world frame into bodies[0] of the body frame; rotation (3, 3) body
+    """The motion `world` in the world frame into bodies[0] in the body frame; rotation (3, 3) body
     to world.
     """
     body = bodies[0]
@@ -202,9 +201,8 @@ def foot_forces(
     """Force of the ground on each foot (4, 3), world frame, N, and its part along its ground's
     normal (4).
 
-    legs (4) LegNumbers; joints (JointMotion) and rotation (3, 3) before the step, accelerations
-    over it; motion: BodyMotion in the world frame over the step; normals (4, 3) of the ground,
-    world frame.
+    joints and rotation (3, 3) before the step, accelerations over it; motion: in the world frame
+    over the step; normals (4, 3) of the ground, world frame.
     """
     bodies = np.empty(1, BODY_MOTION)
     in_body_frame(rotation, motion, bodies)

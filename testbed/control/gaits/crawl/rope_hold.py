@@ -205,7 +205,7 @@ def rope_readiness(
     least, most = 1.0 + (least - 1.0) / part, 1.0 + (most - 1.0) / part
     slack = (least - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
     tight = (TIGHT_SHARE - most) / (TIGHT_SHARE - FIRM_SHARE)
-    return float(min(max(min(slack, tight), 0.0), 1.0))
+    return min(max(min(slack, tight), 0.0), 1.0)
 
 
 @njit
