@@ -150,13 +150,13 @@ def start(fusion: Fusion, known: Array) -> None:
     for index in range(len(CONSTANTS)):
         p[index, index] = known[index] ** 2
         fusion.suspicion.known[index] = known[index]
-    for index in range(12):
+    for index in range(len(AXES)):
         p[ZERO + index, ZERO + index] = sizes.zero_sd[index] ** 2 + fusion.blamed[index] ** 2
     for index in range(len(CONSTANTS)):
         fusion.fixed[index, index] = p[index, index]
-    for index in range(12):
+    for index in range(len(AXES)):
         p[DEVIATION + index, DEVIATION + index] = sizes.spread[index] ** 2
-    for index in range(6):
+    for index in range(len(WRENCH)):
         p[BALANCE + index, BALANCE + index] = sizes.doubted_sd[index] ** 2
 
 
@@ -178,7 +178,7 @@ def predict(fusion: Fusion) -> None:
     sizes.
     """
     p, sizes = fusion.p, fusion.sizes
-    for index in range(12):
+    for index in range(len(AXES)):
         d, z, spread = DEVIATION + index, ZERO + index, sizes.spread[index] ** 2
         fade(fusion, d, sizes.keep[index])
         p[d, d] = min(p[d, d] + sizes.news[index], max(spread, p[d, d]))
@@ -194,7 +194,7 @@ def predict(fusion: Fusion) -> None:
             both = share * sizes.spread[i] * sizes.spread[j]
             p[DEVIATION + i, DEVIATION + j] += both
             p[DEVIATION + j, DEVIATION + i] += both
-    for index in range(6):
+    for index in range(len(WRENCH)):
         b = BALANCE + index
         fade(fusion, b, sizes.balance_keep)
         p[b, b] += (1.0 - sizes.balance_keep**2) * sizes.doubted_sd[index] ** 2
@@ -254,7 +254,7 @@ def stay_in_sets(fusion: Fusion) -> None:
     was observed stays explained.
     """
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
-    for index in range(12):
+    for index in range(len(AXES)):
         k = DEVIATION + index
         beyond = min(max(x[k], sizes.low[index]), sizes.high[index]) - x[k]
         if beyond != 0.0 and p[k, k] > 1.0:

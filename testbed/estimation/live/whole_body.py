@@ -39,7 +39,12 @@ from testbed.estimation.live.surprise import NONE as NO_SURPRISE
 from testbed.estimation.live.surprise import follow_surprise, widening
 from testbed.estimation.live.told_friction import follow_force, just_begun
 from testbed.estimation.live.wrench import (
+    DOWN,
     MOMENT,
+    OUT,
+    X,
+    Y,
+    Z,
     add_force,
     foot_point,
     gravity_in_body,
@@ -48,7 +53,7 @@ from testbed.estimation.live.wrench import (
 )
 from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90
-from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
+from testbed.machine.names import AXES, JOINTS, LEGS, ROTATION, SIDES, VERTICAL
 from testbed.recording.rows import DataRow, Interval
 from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads import foot_forces as ff
@@ -65,8 +70,8 @@ standard deviation of this one (E).
 
 @njit
 def update_sizes(row: DataRow, body: BodyBelief, state: BodyState) -> None:
-    """Fill fusion.sizes: how large the unknowns of the filter may have become since the last
-    balance, from the means over that time.
+    """Fill fusion.sizes: how far the unknowns of the filter may have moved since the last balance,
+    from the means over that time.
     """
     sizes, means, dt = state.fusion.sizes, state.means, body.every * body.decisions.dt
     warm = row.oil_temperature - body.calibrated_at
@@ -74,14 +79,12 @@ def update_sizes(row: DataRow, body: BodyBelief, state: BodyState) -> None:
     suspicion = state.fusion.suspicion
     suspicion.memory, suspicion.threshold = body.blame_memory, body.blame_threshold
     sizes.balance_keep = math.exp(-dt / body.balance_keep)
-    for index in range(12):
+    for index in range(len(AXES)):
         axis, belief = state.axes[index], body.axes[index]
         keep_s = body.sliding_keep if axis.slides >= 1.0 else body.rest_keep
         sizes.keep[index] = 0.0 if axis.changed != 0.0 else math.exp(-dt / keep_s)
         axis.changed = 0.0
         sizes.spread[index] = axis.spread
-        if index % 3 == 2:
-            sizes.alike[index // 3] = body.alike * (1.0 - math.exp(-axis.rested / body.alike_after))
         variance = body.known[fu.ZERO + index] ** 2 + (belief.thermal_sd * warm) ** 2
         sizes.zero_sd[index] = math.sqrt(variance)
         sizes.zero_grown[index] = (
@@ -92,11 +95,14 @@ def update_sizes(row: DataRow, body: BodyBelief, state: BodyState) -> None:
         margin += body.set_margin * (axis.high - axis.low)
         sizes.low[index] = axis.low - axis.friction - margin
         sizes.high[index] = axis.high - axis.friction + margin
-    for k in range(6):
-        sizes.balance_sd[k] = body.balance_sd[k]
-    sizes.balance_sd[2] += body.drill_share * abs(row.ordered_thrust)
-    for k in range(3):
-        sizes.balance_sd[k] += body.rope_share * (means.rope_tension[0] + means.rope_tension[1])
+    for leg in range(len(LEGS)):
+        rested = state.axes[VERTICAL[leg]].rested
+        sizes.alike[leg] = body.alike * (1.0 - math.exp(-rested / body.alike_after))
+    for equation in range(len(fu.WRENCH)):
+        sizes.balance_sd[equation] = body.balance_sd[equation]
+    sizes.balance_sd[UP] += body.drill_share * abs(row.ordered_thrust)
+    for axis in range(MOMENT):
+        sizes.balance_sd[axis] += body.rope_share * (means.rope_tension[0] + means.rope_tension[1])
     doubt.widen_balance(sizes, state.doubt)
 
 
@@ -122,25 +128,24 @@ def take_means(body: BodyBelief, state: BodyState) -> Array:
     for index in range(3):
         sums.angular_rate[index] = sums.specific_force[index] = 0.0
     state.unsteady = body.weight / body.gravity * math.sqrt(change)
-    for index in range(2):
-        tension = sums.rope_tension[index] / count
-        means.rope_tension[index] = (tension - body.pin_zero[index]) / body.pin_gain[index]
-        sums.rope_tension[index] = 0.0
-    for index in range(4):
-        for j in range(3):
-            means.foot_force[index, j] = sums.foot_force[index, j] / count
-            sums.foot_force[index, j] = 0.0
-    for i in range(12):
-        force = sums.cylinder_force[i] / count
-        sizes.news[i] = 0.0
-        if i % 3 == 2:
-            slides = state.axes[i].slides
-            follow_force(force, slides, state.ranges[i // 3])
-            if slides < 1.0 and started:
-                change = abs(force - means.cylinder_force[i])
-                sizes.news[i] = (body.news_share * max(change - body.news_noise, 0.0)) ** 2
-        means.cylinder_force[i] = force
-        sums.cylinder_force[i] = 0.0
+    for rope in range(len(SIDES)):
+        tension = sums.rope_tension[rope] / count
+        means.rope_tension[rope] = (tension - body.pin_zero[rope]) / body.pin_gain[rope]
+        sums.rope_tension[rope] = 0.0
+    for leg in range(len(LEGS)):
+        for axis in range(3):
+            means.foot_force[leg, axis] = sums.foot_force[leg, axis] / count
+            sums.foot_force[leg, axis] = 0.0
+        piston = VERTICAL[leg]
+        force, slides = sums.cylinder_force[piston] / count, state.axes[piston].slides
+        follow_force(force, slides, state.ranges[leg])
+        sizes.news[piston] = 0.0
+        if slides < 1.0 and started:
+            change = abs(force - means.cylinder_force[piston])
+            sizes.news[piston] = (body.news_share * max(change - body.news_noise, 0.0)) ** 2
+    for index in range(len(AXES)):
+        means.cylinder_force[index] = sums.cylinder_force[index] / count
+        sums.cylinder_force[index] = 0.0
     state.count = 0.0
     return angular_acceleration
 
@@ -246,10 +251,10 @@ def balance_body(
                 column[axis] = maps[leg, axis, joint]
             effect[:] = 0.0
             add_force(effect, column, point)
-            for equation in range(6):
+            for equation in range(len(fu.WRENCH)):
                 write_cylinder_weights(cylinder, effect[equation], axis_state, rows[equation])
     variance = np.empty(6)
-    for equation in range(6):
+    for equation in range(len(fu.WRENCH)):
         rows[equation, fu.BALANCE + equation] = 1.0
         is_force = equation < MOMENT
         variance[equation] = body.force_variance if is_force else body.moment_variance
@@ -262,7 +267,7 @@ def balance_body(
         reach[0], reach[1] = body.belly_length, body.belly_width
         faulty_sensor.take_balance(rows, wrench, variance, reach, state.fusion)
     shows = slides and row.ordered_thrust == 0.0
-    for equation in range(6):
+    for equation in range(len(fu.WRENCH)):
         learns = equation in fu.VERTICAL_EQUATIONS and shows
         if learns:
             variance[equation] *= 1.0 + (UNSTEADY * state.unsteady) ** 2 / body.force_variance
@@ -278,20 +283,19 @@ def step_body(row: DataRow, body: BodyBelief, state: BodyState) -> None:
     extension, arms = np.empty(12), np.empty(12)
     joint_to_cylinder(row.position, body.linkages, extension, arms)
     joints, lift = state.joints, state.motion.lift
-    for index in range(12):
-        axis = state.axes[index]
-        readings = row.pressure_a[index], row.pressure_b[index], extension[index]
-        loads = loads_of(index, state.last_force[index // 3], arms[index])
+    for leg in range(len(LEGS)):
         # A foot in the air carries no load: what its cylinders seem to push is friction.
-        if state.in_air[index // 3] >= body.air_dwell:
-            loads = Loads(0.0, 0.0)
-        step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[index], axis)
-        joints.position[index] = row.position[index]
-        joints.rate[index], joints.acceleration[index] = (
-            axis.speed / arms[index],
-            axis.acceleration / arms[index],
-        )
-        joints.torque[index] = (axis.force - axis.friction) * arms[index]
+        in_air = state.in_air[leg] >= body.air_dwell
+        for joint in range(len(JOINTS)):
+            index = ROTATION[leg] + joint
+            axis, arm = state.axes[index], arms[index]
+            readings = row.pressure_a[index], row.pressure_b[index], extension[index]
+            loads = Loads(0.0, 0.0) if in_air else rod_loads(joint, state.last_force[leg], arm)
+            step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[index], axis)
+            joints.position[index] = row.position[index]
+            joints.rate[index] = axis.speed / arm
+            joints.acceleration[index] = axis.acceleration / arm
+            joints.torque[index] = (axis.force - axis.friction) * arm
     force, up, rotation, normals = np.zeros((4, 3)), np.zeros(4), np.zeros((3, 3)), np.zeros((4, 3))
     attitude = np.empty(2)
     attitude[0] = row.attitude[0] - body.unit_roll
@@ -307,14 +311,13 @@ def step_body(row: DataRow, body: BodyBelief, state: BodyState) -> None:
 
 
 @njit
-def loads_of(axis: int, foot_force: Array, arm: float) -> Loads:
-    """The loads on the rod of an axis, from the force (3) on its foot in the last step and the arm
-    of its linkage.
+def rod_loads(joint: int, foot_force: Array, arm: float) -> Loads:
+    """The loads on the rod at a joint of a leg (TURN, OUT, DOWN), from the force (3) on its foot in
+    the last step and the arm of its linkage.
     """
-    if axis % 3 == 2:
-        across = math.sqrt(foot_force[0] ** 2 + foot_force[1] ** 2)
-        return Loads(foot_force[2] / arm, across)
-    return Loads(0.0, abs(foot_force[2]) if axis % 3 == 1 else 0.0)
+    if joint == DOWN:
+        return Loads(foot_force[Z] / arm, math.sqrt(foot_force[X] ** 2 + foot_force[Y] ** 2))
+    return Loads(0.0, abs(foot_force[Z]) if joint == OUT else 0.0)
 
 
 @njit
@@ -322,21 +325,21 @@ def gather(row: DataRow, force: Array, state: BodyState) -> None:
     """Add this step to the sums of the next balance; a step with a missing sample is left out."""
     sums = state.sums
     whole = row.rope_tension[0] + row.rope_tension[1]
-    for index in range(4):
-        for j in range(3):
-            whole += force[index, j]
+    for leg in range(len(LEGS)):
+        for axis in range(3):
+            whole += force[leg, axis]
     if not math.isfinite(whole):
         return
-    for index in range(4):
-        for j in range(3):
-            sums.foot_force[index, j] += force[index, j]
-    for index in range(2):
-        sums.rope_tension[index] += row.rope_tension[index]
+    for leg in range(len(LEGS)):
+        for axis in range(3):
+            sums.foot_force[leg, axis] += force[leg, axis]
+    for rope in range(len(SIDES)):
+        sums.rope_tension[rope] += row.rope_tension[rope]
     for index in range(3):
         sums.angular_rate[index] += row.angular_rate[index]
         sums.specific_force[index] += row.specific_force[index]
-    for i in range(12):
-        sums.cylinder_force[i] += state.axes[i].force
+    for index in range(len(AXES)):
+        sums.cylinder_force[index] += state.axes[index].force
     state.count += 1.0
 
 
@@ -346,6 +349,7 @@ def answer(row: DataRow, arms: Array, force: Array, body: BodyBelief, state: Bod
     the row with their uncertainty.
     """
     map_, loads, own, interval = np.empty((3, 3)), np.empty(4), row.own, row.estimate_own
+    wider = widening(state.surprise)
     for leg in range(len(LEGS)):
         leg_map(body.legs[leg], of_leg(row.position, leg), of_leg(arms, leg), map_)
         for joint in range(len(JOINTS)):
@@ -359,11 +363,10 @@ def answer(row: DataRow, arms: Array, force: Array, body: BodyBelief, state: Bod
             if math.isfinite(force[leg, axis]):
                 state.level[leg, axis] = level + share * (force[leg, axis] - level)
             state.last_force[leg, axis] = state.level[leg, axis]
-        own.x[leg], own.y[leg] = state.level[leg, 0], state.level[leg, 1]
-        wider = widening(state.surprise)
+        own.x[leg], own.y[leg] = state.level[leg, X], state.level[leg, Y]
         own.x_sd[leg], own.y_sd[leg] = (
-            wider * state.force_sd[leg, 0],
-            wider * state.force_sd[leg, 1],
+            wider * state.force_sd[leg, X],
+            wider * state.force_sd[leg, Y],
         )
     if body.shakes != 0.0:
         add_fast_changes(row.specific_force[UP], loads, body, state.shaken)
