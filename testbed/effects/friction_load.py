@@ -39,7 +39,6 @@ class LoadFriction(Effect):
         ),
     )
     shapes = ("exponent",)
-    is_friction = True
     live = {"coefficient": "load_coefficient"}
     telling_motion = "press on the load cell at rising loads and slide a few millimetres under each"
     alike = {

@@ -37,7 +37,6 @@ class TemperatureFriction(Effect):
     )
     needs = ("position", "oil_temperature")
     shapes = ("coulomb_rate",)
-    is_friction = True
     relative_to = ("viscous_plus_n_s_m", "viscous_minus_n_s_m")
     live = {"rate": "viscosity_rate_1_k"}
     telling_motion = "the same constant-speed strokes with cold and with warm oil"

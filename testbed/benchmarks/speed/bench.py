@@ -15,12 +15,15 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from testbed.report.page import Table
 from testbed.scenario.scenario import Scenario, load_scenario
+
+if TYPE_CHECKING:
+    from testbed.world.simulation import Simulation
 
 ROUNDS = 15
 STEPS = 300
@@ -103,7 +106,7 @@ def _drilling(overrides: tuple[str, ...]) -> Any:
     return world
 
 
-def _blocks(world: Any) -> Callable[[], Any]:
+def _blocks(world: Simulation) -> Callable[[], Any]:
     return lambda: world.run_block(STEPS)
 
 
@@ -142,7 +145,7 @@ def _hydraulics() -> Any:
     return step
 
 
-def _parts(world: Any, steps: int) -> dict[str, float]:
+def _parts(world: Simulation, steps: int) -> dict[str, float]:
     """Where the time of a full step goes, microseconds: each part called alone on the running
     world. Noise is drawn for many samples at once: each has its share.
     """

@@ -101,8 +101,8 @@ def update_sizes(row: DataRow, body: BodyBelief, state: BodyState) -> None:
     for equation in range(len(fu.WRENCH)):
         sizes.balance_sd[equation] = body.balance_sd[equation]
     sizes.balance_sd[UP] += body.drill_share * abs(row.ordered_thrust)
-    for axis in range(MOMENT):
-        sizes.balance_sd[axis] += body.rope_share * (means.rope_tension[0] + means.rope_tension[1])
+    for along in range(MOMENT):
+        sizes.balance_sd[along] += body.rope_share * (means.rope_tension[0] + means.rope_tension[1])
     doubt.widen_balance(sizes, state.doubt)
 
 
