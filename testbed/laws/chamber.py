@@ -27,9 +27,17 @@ finds q; the axes fill it in.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from testbed.compiled import njit_law
+from testbed.laws.axis_records import (
+    AxisInput,
+    AxisParameters,
+    AxisState,
+    AxisWork,
+    Chamber,
+    ChamberParameters,
+    ChamberWork,
+)
 from testbed.laws.holding import NO_HOLDING, held_port
 from testbed.laws.oil import (
     ATMOSPHERE_PA,
@@ -43,19 +51,7 @@ from testbed.laws.oil import (
     pressure_of,
     vapour_volume,
 )
-from testbed.laws.orifice import PortFlow, orifice
-
-if TYPE_CHECKING:
-    from testbed.laws.hydraulics import (
-        AxisInput,
-        AxisParameters,
-        AxisState,
-        AxisWork,
-        Chamber,
-        ChamberParameters,
-        ChamberWork,
-    )
-
+from testbed.laws.orifice import port
 
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
@@ -150,50 +146,6 @@ def pressure_in(
         per, guess, near, w.near.gas, oil.bulk_modulus, oil.air, work.vapour_volume, widening
     )
     return p, gas, per + widening * (p - ATMOSPHERE_PA)
-
-
-@njit_law(forceinline=True)
-def port(
-    p: float,
-    ps: float,
-    pt: float,
-    chamber: ChamberParameters,
-    w: ChamberWork,
-    o: float,
-    o_next: float,
-) -> PortFlow:
-    """One port at pressure p between supply ps and tank pt, Pa, while its opening goes from o to
-    `o_next`.
-
-    o > 0 opens the port to the supply, o < 0 to the tank; the open edge is turbulent, both edges
-    leak laminarly.
-    """
-    leak_p, leak = w.leak_from_supply, w.leak_to_tank
-    if o + o_next > 0.0:
-        f, df = orifice(ps - p)
-        now = chamber.from_supply * (o if o > 0.0 else 0.0)
-        then = chamber.from_supply * (o_next if o_next > 0.0 else 0.0)
-        return PortFlow(
-            now * f + leak_p * (ps - p),
-            leak * (pt - p),
-            now * df + leak_p,
-            leak,
-            (then - now) * f,
-            0.0,
-        )
-    if o + o_next < 0.0:
-        f, df = orifice(pt - p)
-        now = chamber.to_tank * (-o if o < 0.0 else 0.0)
-        then = chamber.to_tank * (-o_next if o_next < 0.0 else 0.0)
-        return PortFlow(
-            leak_p * (ps - p),
-            now * f + leak * (pt - p),
-            leak_p,
-            now * df + leak,
-            0.0,
-            (then - now) * f,
-        )
-    return PortFlow(leak_p * (ps - p), leak * (pt - p), leak_p, leak, 0.0, 0.0)
 
 
 @njit_law

@@ -32,7 +32,7 @@ delay of a would damp it.
 from __future__ import annotations
 
 from testbed.compiled import njit_law
-from testbed.laws.hydraulics import AxisInput
+from testbed.laws.axis_records import AxisInput
 
 
 @njit_law(forceinline=True)

@@ -22,7 +22,7 @@ from testbed.compiled import njit_law
 from testbed.formats.records import Record, part, quantity
 
 if TYPE_CHECKING:
-    from testbed.laws.hydraulics import AxisInput
+    from testbed.laws.axis_records import AxisInput
 
 
 SHORT_EXPONENT, SHORTEST_EXPONENT = 0.01, 1e-6

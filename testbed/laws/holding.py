@@ -8,14 +8,9 @@ COUNTERBALANCE_BAND_PA. Shut, both are tight. pilot: pressure of the other chamb
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from testbed.compiled import njit_law
+from testbed.laws.axis_records import ChamberParameters
 from testbed.laws.orifice import PortFlow
-
-if TYPE_CHECKING:
-    from testbed.laws.hydraulics import ChamberParameters
-
 
 NO_HOLDING, PILOT_CHECK, COUNTERBALANCE = 0.0, 1.0, 2.0
 """Kinds of load-holding valve."""

@@ -20,8 +20,9 @@ from testbed.benchmarks.hydraulics.reference import SET
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
 from testbed.formats.records import Record, Records, quantity
+from testbed.laws.axis_records import AxisInput, AxisParameters, AxisState
 from testbed.laws.friction import stribeck_level
-from testbed.laws.hydraulics import AxisInput, AxisParameters, AxisState, hydraulic_step
+from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, VAPOUR_PA, enthalpy, specific_volume
 from testbed.laws.supply import PowerUnit, SupplyState

@@ -26,8 +26,9 @@ from testbed.benchmarks.hydraulics.reference import (
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
 from testbed.formats.records import Record, Records, quantity
+from testbed.laws.axis_records import AxisInput, AxisParameters, AxisState
 from testbed.laws.coupling import centre_window
-from testbed.laws.hydraulics import AxisInput, AxisParameters, AxisState, hydraulic_step
+from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.supply import PowerUnit, SupplyState
 from testbed.machine.names import GRAVITY_M_S2

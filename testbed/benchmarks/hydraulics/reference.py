@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
 from testbed.formats.records import Records
-from testbed.laws.hydraulics import AxisParameters
+from testbed.laws.axis_records import AxisParameters
 from testbed.laws.supply import PowerUnit
 from testbed.machine.build import build_machine
 from testbed.machine.model import Machine

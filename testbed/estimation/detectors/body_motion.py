@@ -24,7 +24,7 @@ from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow
 
 if TYPE_CHECKING:
-    from testbed.estimation.detectors.learned import FootMemory, ViewNumbers
+    from testbed.estimation.detectors.foot_view import FootMemory, ViewNumbers
 
 
 HELD = ("own", "carried")

@@ -19,7 +19,7 @@ from testbed.formats.records import Record, Records, quantity
 from testbed.machine.names import LEGS
 
 if TYPE_CHECKING:
-    from testbed.estimation.detectors.learned import FootMemory
+    from testbed.estimation.detectors.foot_view import FootMemory
 
 
 SETTLED = ("10_ms", "50_ms")

@@ -1,10 +1,10 @@
-"""One cylinder, live and compiled: pressures, encoder and command -> its force without friction,
-and friction as a set.
+"""One cylinder, live: from pressures and encoder to the force of its piston, and friction as a set.
+Compiled.
 
-The piston's force less friction drives the joint: F = pA A_A - pB A_B + F_end - F_f. Friction is
-(5), thinned by the oil's warmth, with what the machine's file declares beside it: more of it out on
-the stroke, under pressure, under side load and after a rest. Where the piston may be at rest it is
-a set, in whose middle its likeliest value lies.
+The force that drives the joint is F = pA A_A - pB A_B + F_end - F_f. Friction F_f is (5), thinned by
+the oil's warmth, and with what the machine's file declares beside it: it grows along the stroke,
+with pressure, with side load and after a rest. Where the piston may be at rest, friction is a set,
+and the middle of the set its likeliest value.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ class AxisBelief(Record):
     dwell_gain = quantity(
         "1", "more break-away friction after a long rest, as a share of Coulomb's"
     )
-    dwell_time = quantity("s", "over which a rest counts as long")
-    end_cushion_length = quantity("m", "stretch before either end in which a damper grows")
+    dwell_time = quantity("s", "time constant of a rest with which it grows")
+    end_cushion_length = quantity("m", "of the end cushion, a damper that grows towards either end")
     end_cushion_damping = quantity("N s/m", "of that damper at the end")
     thermal_sd = quantity("N/K", "standard deviation of the sensors' zero by warmth, as a force")
 
@@ -58,23 +58,23 @@ class AxisState(Record):
     """What is known of one axis."""
 
     encoder = part(encoder.EncoderState, "motion")
-    dwell = quantity("1", "how long it has rested, as a share of dwell_gain")
+    dwell = quantity("1", "growth of its break-away friction by rest so far, up to dwell_gain")
     time = quantity("s", "since the start")
     force = quantity("N", "of the piston, without friction, along extension")
     friction = quantity("N", "likeliest friction")
     low = quantity("N", "lower end of friction's set")
     high = quantity("N", "upper end of friction's set")
     spread = quantity("N", "standard deviation of friction")
-    use = quantity("1", "likeliest friction as a share of what it can be that way, -1 to 1")
+    use = quantity("1", "likeliest friction as a share of that end of its set, -1 to 1")
     across = quantity("N", "load across the rod")
     slides = quantity("1", "how surely it slides, 0 to 1")
-    sense = quantity("1", "the way it slid last: -1, 0, 1")
+    sense = quantity("1", "direction in which it slid last: -1, 0, 1")
     rested = quantity("s", "for how long it has been at rest")
-    slid = quantity("s", "for how long it has surely slid the way it goes now")
+    slid = quantity("s", "for how long it has surely slid in its present direction")
     has_slid = quantity("1", "1 once it has surely slid")
     speed = quantity("m/s", "of the piston")
     acceleration = quantity("m/s2", "of the piston, 0 at rest")
-    changed = quantity("1", "1 where friction's set has just become another")
+    changed = quantity("1", "1 where friction's set has just changed with the direction")
 
 
 class Decisions(Record):
@@ -85,13 +85,17 @@ class Decisions(Record):
     rest_speed = quantity("m/s", "slower than this a piston stands still")
     slide_speed = quantity("m/s", "faster than this it surely slides")
     friction_share = quantity("1", "sliding friction is known to this share")
-    slow_share = quantity("1", "the same of a piston that hardly moves: it may stick and slip")
-    slow_speed = quantity("m/s", "over which that fades")
+    slow_share = quantity(
+        "1", "further share for a piston that hardly moves: it may stick and slip"
+    )
+    slow_speed = quantity("m/s", "speed over which that decays")
     speed_sd = quantity("m/s", "standard deviation of the speed")
     rest_share = quantity("1", "standard deviation of friction at rest over its set's half width")
-    fresh_more = quantity("1", "by how much more it is unsure right after a stop, of that")
-    fresh = quantity("s", "over which that fades: creep leads friction towards the middle")
-    stuck_share = quantity("1", "that share of a piston that never slid: nothing led it anywhere")
+    fresh_more = quantity("1", "by which it is larger right after a stop, share of itself")
+    fresh = quantity(
+        "s", "time constant with which that decays: creep moves friction to the middle"
+    )
+    stuck_share = quantity("1", "rest_share of a piston that never slid")
     knows_dependence = quantity("1", "0/1: friction beyond (5)")
     end_zone = quantity("m", "nearer to a stop than this the stop may carry any load")
     end_force = quantity("N", "what a stop may carry")
