@@ -1,14 +1,14 @@
-"""What the body's own motion and the last second say of a foot, for the learned detector.
+"""Signs of a lost foot in the motion of the body and in the last second, for the learned detector.
 
-The inertial unit feels what the seals of a resting piston hide: how fast the corner of the body
+The inertial unit measures what the seal of a resting piston hides: how fast the corner of the body
 above a foot moves,
 
     c = v_z + w_x y - w_y x,   fast parts, v_z from the specific force along z
 
-Blows move the corner of a foot that hangs more than that of one that stands, as the ground pushes
-it back; what its piston feels when the corner goes down, divided by how far it goes, is the leg's
-stiffness, nothing in the air. A load that has stopped falling while its piston still moves, and one
-that swings less than the others, hangs as well.
+A blow moves the corner above a hanging foot more than that above a standing one, which the ground
+pushes back. The change of a piston's force over the way that its corner goes down is the stiffness
+of the leg, zero in the air. A foot whose load has stopped falling while its piston still moves, or
+swings less than the others' loads, is likely to hang as well.
 """
 
 from __future__ import annotations

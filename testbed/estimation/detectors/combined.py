@@ -1,14 +1,14 @@
-"""The testbed's own detector: the mean of three loads that err in different ways, over a few
-milliseconds.
+"""The detector `combined`: the mean, over a few milliseconds, of three loads whose errors differ.
 
-They differ in the friction of a piston that hardly moves: none (`balance`, the middle of the set),
-`own` (memory that drifts to the middle), `carried` (followed through the oil, sample.py). Each is
-wrong by up to the break-away force, seldom all the same way: at equal recall the mean calls half as
-many loaded feet lost as the best of them. The score is how far it lies below zero, N.
+The loads take the friction of a piston that hardly moves in three ways: `balance` takes the middle
+of its set, `own` a memory that drifts to the middle, `carried` follows it through the oil
+(sample.py). Each is wrong by up to the break-away force, but seldom all in the same direction: at
+equal recall the mean calls half as many loaded feet lost as the best of the three. The score is
+minus the mean, N.
 
-A sensor that drifts moves `balance` and `carried` without end, while `own` is held by what the
-whole machine weighs. Friction can tell them apart by no more than the break-away force: what they
-differ from `own` beyond that, over many seconds, is taken for the sensor's and given back.
+A sensor that drifts moves `balance` and `carried` without bound, while `own` is tied to the weight
+of the whole machine. Friction explains a difference between them of no more than the break-away
+force: what is beyond that, averaged over many seconds, is taken for the sensor's and subtracted.
 """
 
 from __future__ import annotations

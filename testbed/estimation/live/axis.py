@@ -1,10 +1,10 @@
 """One cylinder, live: from pressures and encoder to the force of its piston, and friction as a set.
 Compiled.
 
-The force that drives the joint is F = pA A_A - pB A_B + F_end - F_f. Friction F_f is (5), thinned by
-the oil's warmth, and with what the machine's file declares beside it: it grows along the stroke,
-with pressure, with side load and after a rest. Where the piston may be at rest, friction is a set,
-and the middle of the set its likeliest value.
+The force that drives the joint is F = pA A_A - pB A_B + F_end - F_f. Friction F_f is the paper's
+(5), thinned by the oil's warmth, with what the machine's file declares beside it: it grows along
+the stroke, with pressure, with side load and after a rest. Where the piston may be at rest,
+friction is a set, and the middle of the set its likeliest value.
 """
 
 from __future__ import annotations

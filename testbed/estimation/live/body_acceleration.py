@@ -1,15 +1,16 @@
-"""What the body's acceleration says of fast changes of the foot loads, which pressures hardly show.
+"""Fast changes of the foot loads from the body's acceleration, since pressures hardly show them.
 Compiled.
 
-The seals of a piston at rest take up what changes fast: under blows near the resonance of body and
-oil the pressures show a few per cent of what the feet feel. Newton shows the sum of it,
+The seal of a piston at rest takes up fast changes of its load: under blows near the resonance of
+body and oil the pressures show a few per cent of what the feet feel. Newton's law shows the sum,
 
     r = m a_z - sum of the loads,   fast = r - its mean over the last MEMORY_S,
 
-m what moves with the body, a_z its specific force along z. TRUST of `fast` goes to the feet that
-carry, in equal parts: legs are about as stiff as each other. What is slower the balance of the
-whole body has (whole_body.py). The blows themselves are not known: beyond the resonance they make
-`fast` larger than what the feet feel, which is why not all of it is believed.
+with m the mass that moves with the body and a_z its specific force along z. The share TRUST of
+`fast` is added to the feet that carry, in equal parts, since all legs are about equally stiff.
+Slower changes are left to the balance of the whole body (whole_body.py). The blows themselves are
+not measured: beyond the resonance they make `fast` larger than what the feet feel, which is why
+TRUST is less than 1.
 """
 
 from __future__ import annotations

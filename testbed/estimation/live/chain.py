@@ -1,5 +1,5 @@
-"""The paper's chain, live on all four feet: pressures -> cylinder force -> foot load -> filters ->
-contact state.
+"""The estimators of a run, live on all four feet, compiled: pressures -> cylinder force -> foot
+load -> filters -> contact state. `own` is the testbed's estimate, the others are the paper's.
 
     one_chamber  = pA A_A                                                     (1)
     two_chamber  = pA A_A - pB A_B                                            (3)
@@ -11,11 +11,12 @@ contact state.
                    balance (whole_body.py), with the foot's force in three axes
 
 All in N along the vertical joint's axis, positive when the ground pushes the foot up. pA, pB: the
-chambers' pressures, Pa; A_A, A_B: piston and ring, m2; v, a: speed and acceleration of the rod; m:
-what moves with it, kg; F_f: friction of rod and seals, N. The bracketed numbers are the paper's.
+chambers' pressures, Pa; A_A, A_B: areas of piston and ring, m2; v, a: speed and acceleration of the
+rod; m: the mass that moves with it, kg; F_f: friction of rod and seals, N. Numbers in brackets are
+the paper's equations.
 
-Four legs are one compiled call a step (`step_chain`), on the row that has just been measured;
-nothing is allocated in it but for the whole body. `EstimatorChain` keeps what it remembers.
+`step_chain` is one compiled call a step for all four legs, on the row that has just been measured;
+`EstimatorChain` keeps belief and state for it.
 """
 
 from __future__ import annotations

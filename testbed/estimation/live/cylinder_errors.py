@@ -1,5 +1,5 @@
-"""The errors of the cylinder forces as the filter of fusion.py estimates them: how its unknowns add
-up to the error of one force, and what the contact of a foot says about them. Compiled.
+"""The errors of the cylinder forces: how the unknowns of the filter (fusion.py) add up to the error
+of one force, and what the filter learns from whether a foot is in the air. Compiled.
 
 Cylinders are numbered as in AXES (0 to 11), legs as in LEGS. `weights` (fusion.N) is the row of an
 observation: the derivative of the observed force by every unknown of the filter.
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 UP = 2
 """Of a foot's force in the body frame: along z."""
 HELD_BACK = 12
-"""Balances for which what a foot in the air teaches is not yet believed: 60 ms, within which even
-soft ground is felt (E).
+"""Balances by which what is learnt from a foot in the air can be taken back: 60 ms, within which
+even soft ground is felt (E).
 """
 
 
 class LegLearnt(Record):
-    """What is learnt of the cylinders of a leg: of Unknowns."""
+    """The unknowns of the cylinders of a leg (fusion.Unknowns)."""
 
     zero = quantity("N", "of its sensors", per=JOINTS)
     out = quantity("N", "of its friction out", per=JOINTS)
@@ -44,8 +44,8 @@ class LegLearnt(Record):
 
 
 class LearntInAir(Record):
-    """What was learnt of a leg in the air before each of the last HELD_BACK balances, the newest in
-    the place of the oldest.
+    """The unknowns of a leg in the air as they were before each of the last HELD_BACK balances: a
+    ring buffer.
     """
 
     before = part(LegLearnt, "a balance", per=tuple(map(str, range(HELD_BACK))))
@@ -98,8 +98,8 @@ def leg_variance(covariance: Array, weights: Array, leg: int) -> float:
 
 @njit
 def reported_variance(leg: int, weights: Array, body: BodyBelief, state: BodyState) -> float:
-    """Variance to report for a foot force, N2: shares of what the machine's constants and friction
-    make of the filter's variance (told_friction.py), more where the balance is doubted, and the
+    """Variance to report for a foot force, N2: shares of the filter's variance by the machine's
+    constants and by friction (told_friction.py), larger ones where the balance is doubted, and the
     noise of the filtered load.
     """
     piston, ends = state.axes[VERTICAL[leg]], state.ranges[leg]
@@ -162,8 +162,8 @@ def learn_in_air(leg: int, map_: Array, body: BodyBelief, state: BodyState) -> N
 
 @njit
 def forget_touchdown(leg: int, state: BodyState) -> None:
-    """Take back what the last HELD_BACK balances taught of a leg that is in the air no longer: its
-    foot bore something before anyone knew that it did, and that was taken for friction.
+    """Take back what the last HELD_BACK balances taught of a leg that is no longer in the air: its
+    foot carried something before the touchdown was noticed, and that was taken for friction.
     """
     learnt, found = state.learnt_in_air[leg], state.fusion.x
     if learnt.count == 0.0:

@@ -1,9 +1,9 @@
-"""How far the balance of the body is doubted: can what it asks of friction be true? Compiled.
+"""How far the balance of the body is doubted: can the friction that it implies be true? Compiled.
 
-The balance holds what the cylinders measure against weight, ropes and drill as believed. The
-filter shares out what the two differ by between the friction of the vertical pistons and an error
-of the balance itself, each by how unsure it is. On a machine that is as believed, these shares are
-about as large as their standard deviations say, and their cost
+The balance compares what the cylinders measure with weight, ropes and drill as believed. The filter
+divides the difference between the friction of the vertical pistons and an error of the balance
+itself, each according to its variance. On a machine that is as believed, both parts are about as
+large as their standard deviations, and their cost
 
     d' R^-1 d + b' b
 
@@ -11,14 +11,15 @@ about as large as their standard deviations say, and their cost
     R (4, 4)  correlation of the four
     b (3)     error of the balance along z, about x and about y, over its standard deviation
 
-is about the number of equations. Where the machine carries a tonne that nobody declared the cost is
-many times that: all pistons would have to hide their utmost, the same way. Then the balance is
-wrong, not friction. Its standard deviation is taken larger until the cost is believable, and the
-feet's loads follow the pressures alone, with intervals as wide as friction then leaves them.
+is about the number of equations. With an undeclared tonne on board it is many times that: the
+friction of all pistons would have to be at its limit in the same direction. Then the balance is
+wrong, not friction. Its standard deviation is multiplied by the doubt, which grows until the cost
+is believable; the loads then follow the pressures alone, with intervals as wide as friction leaves
+them.
 
-The further the balance is doubted, the less cost is accepted. So a balance that is slightly off
-is kept, and one that is wrong is given up altogether: between the two it would still pull the loads
-its way. The doubt fades once the balance fits again.
+The larger the doubt, the smaller the cost that is accepted. So a balance that is slightly off is
+kept, and one that is wrong is given up altogether: half believed, it would still pull the loads its
+way. The doubt decays once the balance fits again.
 """
 
 from __future__ import annotations
@@ -38,15 +39,15 @@ if TYPE_CHECKING:
 
 
 NONE = 1.0
-"""The balance is believed."""
+"""Doubt of a balance that is believed."""
 MOST = 100.0
-"""Its standard deviation is taken at most so many times as large as believed (E)."""
+"""Largest doubt (E)."""
 FASTEST = 3.0
 """Within `doubt_time` the doubt grows or fades at most by e to this power (E)."""
 SLID = 2.0
-"""Once a vertical piston has slid, the balance may cost so many times as much: seals, encoders and
-pressures follow a motion each in its own time, and what a piston stopped with, leaking oil moves at
-all of them alike. On sound drawn machines that have walked it is up to 16 (E).
+"""Factor of the believable cost once a vertical piston has slid: seals, encoders and pressures
+follow a motion with different delays, and leaking oil moves the friction with which pistons stopped
+the same way at all of them. On sound drawn machines that have walked the cost is up to 16 (E).
 """
 LEAST_COST = 1.0e-6
 """A smaller cost counts as this one, as its logarithm is taken."""
@@ -85,8 +86,8 @@ def cost_of_balance(fusion: Fusion) -> float:
 
 @njit
 def told_share(share: float, doubt: float) -> float:
-    """Of the filter's standard deviation, what is told: `share` where the balance is believed, all
-    of it where it is not. What control keeps friction from hiding, the balance shows.
+    """Share of the filter's standard deviation that is reported: `share` where the balance is
+    believed, all of it where it is not.
     """
     return 1.0 - (1.0 - share) / doubt
 

@@ -1,14 +1,14 @@
-"""The whole robot's estimates and contact states from a real controller, sample by sample, whatever
-comes late or not at all.
+"""Estimates and contact states for a real controller, sample by sample, even where samples come
+late or not at all: of the whole robot (`Stream`), or of feet whose force is known (`Feet`).
 
     stream = Stream(believed)          # the estimators' belief, as `testbed estimate` builds it
     row = DataRow.zeros()              # fill in what was measured, by name
     row["t"], row["pressure_a"][:] = ...
     told = stream.update(row)          # with estimates: told["estimate"]["own"], told["contact"]
 
-It is the code of a run and of a recording, and gives the same numbers, whatever comes late or not
-at all (joined.py). `known` says which feet's states still rest on a sample. Behind a clock that was
-set back every sample is too late: make a new stream then.
+The same code serves runs and recordings, and gives the same numbers; joined.py says what becomes of
+late and missing samples. `known` says which feet's states still rest on a recent sample. After a
+clock was set back every sample is too late: make a new stream then.
 """
 
 from __future__ import annotations
