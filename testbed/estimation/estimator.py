@@ -87,19 +87,19 @@ def told_of(
     """
     measured = all(np.isfinite(row[name]).all() for name in MEASURED)
     loads, low, high = interval_of(estimator.update(row), estimator)
-    told = value or type(estimator).__name__
+    named = value or type(estimator).__name__
     if measured and not np.isfinite([loads, low, high]).all():
         raise InputError(
             f"a load is no number at t = {row['t']:.3f} s",
             field=field,
-            value=told,
+            value=named,
             allowed="finite loads, N",
         )
     if (low > high).any():
         raise InputError(
             f"an interval ends below its beginning at t = {row['t']:.3f} s",
             field=field,
-            value=told,
+            value=named,
             allowed="loads, low, high",
         )
     return loads, low, high
@@ -112,10 +112,10 @@ def intervals_over(estimator: Estimator, rows: NDArray[Any]) -> Array:
     Raises InputError as told_of.
     """
     if isinstance(estimator, Method):
-        told = [interval_of(estimator.update(row), estimator) for row in rows]
+        answers = [interval_of(estimator.update(row), estimator) for row in rows]
     else:
-        told = [told_of(estimator, row) for row in rows.copy()]
-    return np.array(told, dtype=np.float64).reshape(-1, 3, len(LEGS))
+        answers = [told_of(estimator, row) for row in rows.copy()]
+    return np.array(answers, dtype=np.float64).reshape(-1, 3, len(LEGS))
 
 
 def loads_over(estimator: Estimator, rows: NDArray[Any]) -> Array:
