@@ -1,4 +1,4 @@
-"""Rewards: what an agent is told of the truth after the fact, and how it is weighed."""
+"""Rewards: terms computed from the truth after each step, and their weights."""
 
 from __future__ import annotations
 

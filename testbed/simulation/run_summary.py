@@ -1,5 +1,5 @@
-"""What a run comes to: `summary.json` from its recorded columns and from what only the world
-knows, and how near it came to tipping or sliding.
+"""The summary of a run (`summary.json`), from its recorded columns and from what only the world
+knows; with its smallest margins against tipping and sliding.
 
 Wrench and energy margin (robot/stability.py) are looked at twice a second at most. The standing
 feet, the ropes' pulls, the drill's reaction, masses and friction are the true ones; the ropes keep

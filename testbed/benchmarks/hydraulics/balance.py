@@ -1,5 +1,5 @@
-"""The books of the hydraulics kept from outside: oil and energy while twelve loaded axes work,
-creep at rest.
+"""Balances of oil and energy of the hydraulics, kept outside the kernel while twelve loaded axes
+work; and the creep of resting pistons.
 
 The energy that a place stores is that of its pressure (oil.py), the wall of a hose and the gas of
 the accumulator included; oil at rest in the tank counts with the enthalpy of the tank's pressure.

@@ -1,5 +1,5 @@
-"""What the ropes' traction devices are at, reckoned from what they were told: nothing on board says
-where their pistons are.
+"""Where the pistons of the ropes' traction devices are, computed from the commands: no sensor
+measures it.
 
 A device at the end of its stroke goes back while a clamp holds its rope, and one that is not wanted
 for a moment does so as well (laws/traction.py). So a body that rests altogether while one device
