@@ -13,8 +13,8 @@ import math
 from typing import TYPE_CHECKING
 
 from testbed.compiled import njit
-from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.fusion import Fusion
+from testbed.estimation.live import unknowns
+from testbed.estimation.live.fusion import Fusion, variance_of
 from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 
@@ -33,7 +33,7 @@ TURNS_S = 0.2
 
 
 ALONG, ASIDE, UP, ABOUT_X, ABOUT_Y = (
-    fu.WRENCH.index(name) for name in ("fx", "fy", "fz", "tx", "ty")
+    unknowns.WRENCH.index(name) for name in ("fx", "fy", "fz", "tx", "ty")
 )
 """Places of these equations in WRENCH."""
 
@@ -51,7 +51,7 @@ def something_else_carries(
 ) -> bool:
     """Whether something else than feet, ropes and drill carries the body; counts for how long.
 
-    rows (6, N): of the unknowns; wrench (6): residual of the balance before anything learnt is
+    rows (6, unknowns); wrench (6): residual of the balance before anything learnt is
     subtracted, N and N m; variance: of its force along z, N2.
     """
     fusion, support, least = state.fusion, state.support, SHARE * body.weight
@@ -59,7 +59,7 @@ def something_else_carries(
     if support.carries == 0.0 and lift <= least:
         support.otherwise = 0.0
         return False
-    sd = math.sqrt(fu.variance_of(fusion, rows[UP], variance))
+    sd = math.sqrt(variance_of(fusion, rows[UP], variance))
     if support.carries == 0.0:
         turns = lift > OPENS * sd and within_belly(fusion, rows, wrench, lift, body)
     else:
@@ -72,8 +72,8 @@ def something_else_carries(
 
 @njit
 def left_over(fusion: Fusion, row: Array, missing: float) -> float:
-    """Residual of one equation after what is learnt; row (N): of the unknowns."""
-    for index in range(fu.N):
+    """Residual of one equation after what is learnt; row (unknowns,)."""
+    for index in range(unknowns.COUNT):
         missing -= row[index] * fusion.x[index]
     return missing
 

@@ -14,9 +14,9 @@ from testbed.estimation.filters import persistent
 from testbed.estimation.live.axis import END_FORCE_N, END_ZONE_M, Decisions
 from testbed.estimation.live.believed import Leg, declared
 from testbed.estimation.live.body_records import BodyBelief
-from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.own_tuning import EVEN, OwnTuning, told_whole
 from testbed.estimation.live.uncertainty import Uncertainty, constants
+from testbed.estimation.live.unknowns import Constants
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
 from testbed.recording.leg_model import EffectEntry

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from testbed.estimation.filters import persistent
-from testbed.estimation.live import fusion as fu
+from testbed.estimation.live import unknowns
 from testbed.estimation.live.axis import AxisBelief, AxisState, Decisions
 from testbed.estimation.live.belly_support import Support
 from testbed.estimation.live.body_acceleration import AccelerationMemory
 from testbed.estimation.live.body_stirred import Stirred
 from testbed.estimation.live.cylinder_errors import LearntInAir
+from testbed.estimation.live.fusion import Fusion
 from testbed.estimation.live.surprise import SurpriseNumbers, SurpriseState
 from testbed.estimation.live.told_friction import ForceRange, ToldShares
 from testbed.formats.records import Record, part, quantity
@@ -35,7 +36,7 @@ class BodyBelief(Record):
     alike_after = quantity("s", "time constant of a rest with which it builds up")
     balance_keep = quantity("s", "time constant of the balance's own error")
     rope_share = quantity("1", "error of the balance of forces, share of the ropes' tensions")
-    known = quantity("N", "prior standard deviations of the constants", per=fu.CONSTANTS)
+    known = quantity("N", "prior standard deviations of the constants", per=unknowns.CONSTANTS)
     drill_share = quantity("1", "error of the balance along z, share of the ordered thrust")
     blow_share = quantity("1", "noise of it by the hammer's blows, share of the ordered thrust")
     force_variance = quantity("N2", "noise of the balance of forces")
@@ -74,7 +75,7 @@ class BodyBelief(Record):
     )
     base_centre = quantity("m", "its centre from the body's origin", per=XYZ)
     inertia = quantity("kg m2", "of the whole machine about the body's origin", per=(XYZ, XYZ))
-    balance_sd = quantity("N", "expected error of the balance (moments N m)", per=fu.WRENCH)
+    balance_sd = quantity("N", "expected error of the balance (moments N m)", per=unknowns.WRENCH)
     linkages = part(Linkage, "from joint to rod", per=AXES)
     weight = quantity("N", "of the machine")
     belly_height = quantity("m", "underside of the belly above the body's origin")
@@ -112,7 +113,7 @@ class BodyState(Record):
     joints = part(ff.JointMotion, "motion of the joints by the cylinders' sensors")
     motion = part(ff.BodyMotion, "motion of the body, taken as standing still, body frame")
     axes = part(AxisState, "cylinders", per=AXES)
-    fusion = part(fu.Fusion, "the Kalman filter of the errors")
+    fusion = part(Fusion, "the Kalman filter of the errors")
     sums = part(Gathered, "since the last balance, added up")
     means = part(Gathered, "at the last balance")
     count = quantity("1", "samples in the sums")

@@ -1,7 +1,7 @@
 """The errors of the cylinder forces: how the unknowns of the filter (fusion.py) add up to the error
 of one force, and what the filter learns from whether a foot is in the air. Compiled.
 
-Cylinders are numbered as in AXES (0 to 11), legs as in LEGS. `weights` (fusion.N) is the row of an
+Cylinders are numbered as in AXES (0 to 11), legs as in LEGS. `weights` (unknowns,) is the row of an
 observation: the derivative of the observed force by every unknown of the filter.
 """
 
@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.estimation.live import doubt
-from testbed.estimation.live import fusion as fu
+from testbed.estimation.live import doubt, unknowns
 from testbed.estimation.live.axis import AxisState
+from testbed.estimation.live.fusion import observe
 from testbed.estimation.live.told_friction import told_of_constants, told_of_friction
 from testbed.formats.arrays import Array
 from testbed.formats.records import SET, Record, part, quantity
@@ -59,10 +59,10 @@ def write_cylinder_weights(cylinder: int, weight: float, axis: AxisState, weight
 
     axis.use is the share of its friction that acts, positive extending and negative retracting.
     """
-    weights[fu.ZERO + cylinder] = weights[fu.DEVIATION + cylinder] = weight
-    weights[fu.OUT + cylinder] = weight * max(axis.use, 0.0)
-    weights[fu.BACK + cylinder] = weight * min(axis.use, 0.0)
-    weights[fu.SIDE + cylinder] = weight * axis.use * axis.across
+    weights[unknowns.ZERO + cylinder] = weights[unknowns.DEVIATION + cylinder] = weight
+    weights[unknowns.OUT + cylinder] = weight * max(axis.use, 0.0)
+    weights[unknowns.BACK + cylinder] = weight * min(axis.use, 0.0)
+    weights[unknowns.SIDE + cylinder] = weight * axis.use * axis.across
 
 
 @njit
@@ -77,16 +77,19 @@ def write_leg_weights(leg: int, by_cylinder: Array, state: BodyState, weights: A
 def force_error(cylinder: int, state: BodyState) -> float:
     """Estimated error of a cylinder's force, N: measured less true."""
     found, axis = state.fusion.x, state.axes[cylinder]
-    friction = max(axis.use, 0.0) * found[fu.OUT + cylinder]
-    friction += min(axis.use, 0.0) * found[fu.BACK + cylinder]
-    friction += axis.use * axis.across * found[fu.SIDE + cylinder]
-    return float(found[fu.ZERO + cylinder] + friction + found[fu.DEVIATION + cylinder])
+    friction = max(axis.use, 0.0) * found[unknowns.OUT + cylinder]
+    friction += min(axis.use, 0.0) * found[unknowns.BACK + cylinder]
+    friction += axis.use * axis.across * found[unknowns.SIDE + cylinder]
+    return float(found[unknowns.ZERO + cylinder] + friction + found[unknowns.DEVIATION + cylinder])
 
 
 @njit
 def leg_variance(covariance: Array, weights: Array, leg: int) -> float:
     """Variance of an observed force due to the cylinders of one leg, N2."""
-    groups, first = (fu.ZERO, fu.OUT, fu.BACK, fu.SIDE, fu.DEVIATION), ROTATION[leg]
+    groups, first = (
+        (unknowns.ZERO, unknowns.OUT, unknowns.BACK, unknowns.SIDE, unknowns.DEVIATION),
+        ROTATION[leg],
+    )
     total = 0.0
     for group in groups:
         for one in range(group + first, group + first + len(JOINTS)):
@@ -147,17 +150,17 @@ def learn_in_air(leg: int, map_: Array, body: BodyBelief, state: BodyState) -> N
     learnt.count += 1.0
     for joint in range(len(JOINTS)):
         cylinder = ROTATION[leg] + joint
-        before.zero[joint] = found[fu.ZERO + cylinder]
-        before.out[joint] = found[fu.OUT + cylinder]
-        before.back[joint] = found[fu.BACK + cylinder]
-        before.side[joint] = found[fu.SIDE + cylinder]
-        before.deviation[joint] = found[fu.DEVIATION + cylinder]
-    weights = np.zeros(fu.N)
+        before.zero[joint] = found[unknowns.ZERO + cylinder]
+        before.out[joint] = found[unknowns.OUT + cylinder]
+        before.back[joint] = found[unknowns.BACK + cylinder]
+        before.side[joint] = found[unknowns.SIDE + cylinder]
+        before.deviation[joint] = found[unknowns.DEVIATION + cylinder]
+    weights = np.zeros(unknowns.COUNT)
     slides = state.axes[VERTICAL[leg]].slides >= 1.0
     for along in range(3):
         write_leg_weights(leg, map_[along], state, weights)
         force, learns = state.means.foot_force[leg, along], along == UP and slides
-        fu.observe(state.fusion, weights, force, body.air_sd**2, body.gate, learns)
+        observe(state.fusion, weights, force, body.air_sd**2, body.gate, learns)
 
 
 @njit
@@ -173,11 +176,11 @@ def forget_touchdown(leg: int, state: BodyState) -> None:
     learnt.count = 0.0
     for joint in range(len(JOINTS)):
         cylinder = ROTATION[leg] + joint
-        found[fu.ZERO + cylinder] = before.zero[joint]
-        found[fu.OUT + cylinder] = before.out[joint]
-        found[fu.BACK + cylinder] = before.back[joint]
-        found[fu.SIDE + cylinder] = before.side[joint]
-        found[fu.DEVIATION + cylinder] = before.deviation[joint]
+        found[unknowns.ZERO + cylinder] = before.zero[joint]
+        found[unknowns.OUT + cylinder] = before.out[joint]
+        found[unknowns.BACK + cylinder] = before.back[joint]
+        found[unknowns.SIDE + cylinder] = before.side[joint]
+        found[unknowns.DEVIATION + cylinder] = before.deviation[joint]
 
 
 @njit
@@ -186,7 +189,7 @@ def learn_no_pull(maps: Array, body: BodyBelief, state: BodyState) -> None:
 
     Constants are not updated: such a foot only bounds them from below.
     """
-    weights = np.zeros(fu.N)
+    weights = np.zeros(unknowns.COUNT)
     for leg in range(len(LEGS)):
         force = state.means.foot_force[leg, UP]
         up = force
@@ -195,4 +198,4 @@ def learn_no_pull(maps: Array, body: BodyBelief, state: BodyState) -> None:
         if up < 0.0:
             weights[:] = 0.0
             write_leg_weights(leg, maps[leg, UP], state, weights)
-            fu.observe(state.fusion, weights, force, body.air_sd**2, body.gate, False)
+            observe(state.fusion, weights, force, body.air_sd**2, body.gate, False)

@@ -28,9 +28,10 @@ import math
 from typing import TYPE_CHECKING
 
 from testbed.compiled import njit
-from testbed.estimation.live import fusion as fu
+from testbed.estimation.live import unknowns
 from testbed.estimation.live.axis import AxisState
-from testbed.estimation.live.fusion import VERTICAL_EQUATIONS, Fusion, Sizes
+from testbed.estimation.live.fusion import Fusion, Sizes
+from testbed.estimation.live.unknowns import VERTICAL_EQUATIONS
 from testbed.formats.records import Records
 from testbed.machine.names import LEGS, VERTICAL
 
@@ -73,14 +74,14 @@ def cost_of_balance(fusion: Fusion) -> float:
     squares = total = alike = 0.0
     for leg in range(len(LEGS)):
         piston = VERTICAL[leg]
-        deviation = x[fu.DEVIATION + piston] / sizes.spread[piston]
+        deviation = x[unknowns.DEVIATION + piston] / sizes.spread[piston]
         squares += deviation**2
         total += deviation
         alike += sizes.alike[leg] / len(LEGS)
     common = alike / (1.0 + (len(LEGS) - 1) * alike)
     cost = (squares - common * total**2) / (1.0 - alike)
     for equation in VERTICAL_EQUATIONS:
-        cost += (x[fu.BALANCE + equation] / sizes.doubted_sd[equation]) ** 2
+        cost += (x[unknowns.BALANCE + equation] / sizes.doubted_sd[equation]) ** 2
     return cost
 
 

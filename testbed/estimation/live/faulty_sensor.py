@@ -20,9 +20,10 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.fusion import VERTICAL_EQUATIONS, Fusion
+from testbed.estimation.live import unknowns
+from testbed.estimation.live.fusion import Fusion, is_freed, start
 from testbed.estimation.live.payload_aboard import free_payload, likeliest_payload
+from testbed.estimation.live.unknowns import VERTICAL_EQUATIONS
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES, VERTICAL
 
@@ -33,7 +34,7 @@ PLACE_COSTS = 2.0
 
 @njit
 def take_balance(rows: Array, wrench: Array, variance: Array, reach: Array, fusion: Fusion) -> None:
-    """Take one balance: rows (6, N) of the unknowns, wrench (6) that is missing with nothing learnt
+    """Take one balance: rows (6, unknowns), wrench (6) that is missing with nothing learnt
     taken off, variance (6) of the balance itself; reach (2): half of the platform's length and
     width, m.
     """
@@ -48,8 +49,8 @@ def take_balance(rows: Array, wrench: Array, variance: Array, reach: Array, fusi
     for place in range(len(VERTICAL_EQUATIONS)):
         missing = wrench[VERTICAL_EQUATIONS[place]]
         for cylinder in range(len(AXES)):
-            if fu.is_freed(fusion, cylinder):
-                zero = fu.ZERO + cylinder
+            if is_freed(fusion, cylinder):
+                zero = unknowns.ZERO + cylinder
                 missing -= rows[VERTICAL_EQUATIONS[place], zero] * fusion.x[zero]
         if first:
             suspicion.missing[place] = missing
@@ -70,19 +71,19 @@ def spread_of(rows: Array, variance: Array, fusion: Fusion) -> Array:
     every unknown beforehand and from the variance (6) of the balance itself.
     """
     suspicion, sizes = fusion.suspicion, fusion.sizes
-    prior = np.empty(fu.N)
-    for unknown in range(fu.N):
+    prior = np.empty(unknowns.COUNT)
+    for unknown in range(unknowns.COUNT):
         prior[unknown] = suspicion.known[unknown] ** 2
     for cylinder in range(len(AXES)):
-        prior[fu.ZERO + cylinder] = sizes.zero_sd[cylinder] ** 2
-        prior[fu.DEVIATION + cylinder] = sizes.spread[cylinder] ** 2
+        prior[unknowns.ZERO + cylinder] = sizes.zero_sd[cylinder] ** 2
+        prior[unknowns.DEVIATION + cylinder] = sizes.spread[cylinder] ** 2
     for component in range(len(sizes.balance_sd)):
-        prior[fu.BALANCE + component] = sizes.balance_sd[component] ** 2
+        prior[unknowns.BALANCE + component] = sizes.balance_sd[component] ** 2
     spread = np.empty((len(VERTICAL_EQUATIONS), len(VERTICAL_EQUATIONS)))
     for place in range(len(VERTICAL_EQUATIONS)):
         for other in range(len(VERTICAL_EQUATIONS)):
             spread[place, other] = variance[VERTICAL_EQUATIONS[place]] if place == other else 0.0
-            for unknown in range(fu.N):
+            for unknown in range(unknowns.COUNT):
                 both = (
                     rows[VERTICAL_EQUATIONS[place], unknown]
                     * rows[VERTICAL_EQUATIONS[other], unknown]
@@ -100,25 +101,25 @@ def free_likeliest(rows: Array, reach: Array, fusion: Fusion) -> None:
     weights = inverse_of_three(suspicion.spread)
     best, likeliest, size = suspicion.threshold**2, NOBODY, 0.0
     for cylinder in VERTICAL:
-        zero = fu.ZERO + cylinder
+        zero = unknowns.ZERO + cylinder
         push = pushed = 0.0  # d_i' S^-1 r and d_i' S^-1 d_i
         for place in range(len(VERTICAL_EQUATIONS)):
             for other in range(len(VERTICAL_EQUATIONS)):
                 weighed = rows[VERTICAL_EQUATIONS[place], zero] * weights[place, other]
                 push += weighed * suspicion.missing[other]
                 pushed += weighed * rows[VERTICAL_EQUATIONS[other], zero]
-        if fu.is_freed(fusion, cylinder) or pushed == 0.0:
+        if is_freed(fusion, cylinder) or pushed == 0.0:
             continue
         force = push / pushed
         if push * force > best:
             best, likeliest, size = push * force, cylinder, abs(force)
     payload = likeliest_payload(rows, weights, suspicion.missing, reach)
-    if fusion.suspicion.known[fu.MASS] > 0.0 and payload[0] > best + PLACE_COSTS:
+    if fusion.suspicion.known[unknowns.MASS] > 0.0 and payload[0] > best + PLACE_COSTS:
         free_payload(payload, reach, fusion)
         suspicion.age = 0.0
     elif likeliest != NOBODY:
         fusion.blamed[likeliest] = size
-        fu.start(fusion, suspicion.known[: len(fu.CONSTANTS)])
+        start(fusion, suspicion.known[: len(unknowns.CONSTANTS)])
         suspicion.age = 0.0
 
 

@@ -18,8 +18,9 @@ import math
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.fusion import VERTICAL_EQUATIONS, Fusion
+from testbed.estimation.live import unknowns
+from testbed.estimation.live.fusion import Fusion, start
+from testbed.estimation.live.unknowns import VERTICAL_EQUATIONS
 from testbed.formats.arrays import Array
 
 STEPS = 5
@@ -37,7 +38,7 @@ HEIGHT_SHARE = 0.5
 def likeliest_payload(rows: Array, weights: Array, missing: Array, reach: Array) -> Array:
     """T, mass kg, x m, y m of the weight that explains most of what is missing.
 
-    rows (6, N): of the unknowns; weights (3, 3): inverse covariance of what is `missing` (3) on a
+    rows (6, unknowns); weights (3, 3): inverse covariance of what is `missing` (3) on a
     sound machine; reach (2): half of the platform's length and width, m.
     """
     best, way = np.zeros(4), np.empty(len(VERTICAL_EQUATIONS))
@@ -47,7 +48,9 @@ def likeliest_payload(rows: Array, weights: Array, missing: Array, reach: Array)
             y = WITHIN * reach[ACROSS] * (2.0 * other_step / (STEPS - 1) - 1.0)
             for place in range(len(VERTICAL_EQUATIONS)):
                 row = rows[VERTICAL_EQUATIONS[place]]
-                way[place] = row[fu.MASS] + x * row[fu.MOMENT] + y * row[fu.MOMENT + 1]
+                way[place] = (
+                    row[unknowns.MASS] + x * row[unknowns.MOMENT] + y * row[unknowns.MOMENT + 1]
+                )
             push = pushed = 0.0
             for place in range(len(VERTICAL_EQUATIONS)):
                 for other in range(len(VERTICAL_EQUATIONS)):
@@ -64,7 +67,7 @@ def free_payload(payload: Array, reach: Array, fusion: Fusion) -> None:
     filter anew: what it had learnt explained the weight by something else.
     """
     mass, known = abs(payload[1]), fusion.suspicion.known
-    known[fu.MASS] = math.hypot(known[fu.MASS], mass)
+    known[unknowns.MASS] = math.hypot(known[unknowns.MASS], mass)
     for k, lever in enumerate((reach[ALONG], reach[ACROSS], HEIGHT_SHARE * reach[ALONG])):
-        known[fu.MOMENT + k] = math.hypot(known[fu.MOMENT + k], mass * lever)
-    fu.start(fusion, known[: len(fu.CONSTANTS)])
+        known[unknowns.MOMENT + k] = math.hypot(known[unknowns.MOMENT + k], mass * lever)
+    start(fusion, known[: len(unknowns.CONSTANTS)])

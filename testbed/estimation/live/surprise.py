@@ -23,8 +23,9 @@ from __future__ import annotations
 import math
 
 from testbed.compiled import njit
-from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.fusion import VERTICAL_EQUATIONS, Fusion
+from testbed.estimation.live import unknowns
+from testbed.estimation.live.fusion import Fusion, is_freed
+from testbed.estimation.live.unknowns import VERTICAL_EQUATIONS
 from testbed.formats.records import Record, quantity
 from testbed.machine.names import VERTICAL
 
@@ -63,10 +64,10 @@ def of_constants(fusion: Fusion) -> tuple[float, float]:
     """Sums over the machine's constants."""
     x, p, known, sizes = fusion.x, fusion.p, fusion.suspicion.known, fusion.sizes
     found = expected = 0.0
-    for index in range(len(fu.CONSTANTS)):
+    for index in range(len(unknowns.CONSTANTS)):
         before = known[index] ** 2
-        if index < fu.OUT:
-            before = 0.0 if fu.is_freed(fusion, index) else sizes.zero_sd[index] ** 2
+        if index < unknowns.OUT:
+            before = 0.0 if is_freed(fusion, index) else sizes.zero_sd[index] ** 2
         square, share = share_found(x[index], p[index, index], before)
         found += square
         expected += share
@@ -81,12 +82,12 @@ def of_moment(fusion: Fusion) -> tuple[float, float]:
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
     found = expected = 0.0
     for cylinder in VERTICAL:
-        k = fu.DEVIATION + cylinder
+        k = unknowns.DEVIATION + cylinder
         square, share = share_found(x[k], p[k, k], sizes.spread[cylinder] ** 2)
         found += square
         expected += share
     for equation in VERTICAL_EQUATIONS:
-        k = fu.BALANCE + equation
+        k = unknowns.BALANCE + equation
         square, share = share_found(x[k], p[k, k], sizes.doubted_sd[equation] ** 2)
         found += square
         expected += share

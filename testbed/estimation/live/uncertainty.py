@@ -16,7 +16,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from testbed.estimation.live.fusion import Constants
+from testbed.estimation.live.unknowns import Constants
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, SIDES
 from testbed.recording.rows import XYZ

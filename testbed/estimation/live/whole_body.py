@@ -15,8 +15,7 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.filters import persistent
-from testbed.estimation.live import doubt, faulty_sensor
-from testbed.estimation.live import fusion as fu
+from testbed.estimation.live import doubt, faulty_sensor, unknowns
 from testbed.estimation.live.axis import Loads, step_axis
 from testbed.estimation.live.belly_support import something_else_carries
 from testbed.estimation.live.body_acceleration import add_fast_changes
@@ -35,6 +34,7 @@ from testbed.estimation.live.cylinder_errors import (
     write_cylinder_weights,
     write_leg_weights,
 )
+from testbed.estimation.live.fusion import observe, predict, start, stay_in_sets
 from testbed.estimation.live.surprise import NONE as NO_SURPRISE
 from testbed.estimation.live.surprise import follow_surprise, widening
 from testbed.estimation.live.told_friction import follow_force, just_begun
@@ -85,7 +85,7 @@ def update_sizes(row: DataRow, body: BodyBelief, state: BodyState) -> None:
         sizes.keep[index] = 0.0 if axis.changed != 0.0 else math.exp(-dt / keep_s)
         axis.changed = 0.0
         sizes.spread[index] = axis.spread
-        variance = body.known[fu.ZERO + index] ** 2 + (belief.thermal_sd * warm) ** 2
+        variance = body.known[unknowns.ZERO + index] ** 2 + (belief.thermal_sd * warm) ** 2
         sizes.zero_sd[index] = math.sqrt(variance)
         sizes.zero_grown[index] = (
             max(variance - state.zero_variance[index], 0.0) + body.zero_wander * dt
@@ -98,7 +98,7 @@ def update_sizes(row: DataRow, body: BodyBelief, state: BodyState) -> None:
     for leg in range(len(LEGS)):
         rested = state.axes[VERTICAL[leg]].rested
         sizes.alike[leg] = body.alike * (1.0 - math.exp(-rested / body.alike_after))
-    for equation in range(len(fu.WRENCH)):
+    for equation in range(len(unknowns.WRENCH)):
         sizes.balance_sd[equation] = body.balance_sd[equation]
     sizes.balance_sd[UP] += body.drill_share * abs(row.ordered_thrust)
     for along in range(MOMENT):
@@ -162,10 +162,10 @@ def balance(row: DataRow, arms: Array, body: BodyBelief, state: BodyState) -> No
     angular_acceleration = take_means(body, state)
     update_sizes(row, body, state)
     if first:
-        fu.start(fusion, body.known)
+        start(fusion, body.known)
         state.started = 1.0
     else:
-        fu.predict(fusion)
+        predict(fusion)
     maps, on_ground = np.zeros((4, 3, 3)), np.ones(4)
     for leg in range(len(LEGS)):
         leg_map(body.legs[leg], of_leg(row.position, leg), of_leg(arms, leg), maps[leg])
@@ -180,12 +180,12 @@ def balance(row: DataRow, arms: Array, body: BodyBelief, state: BodyState) -> No
         balance_body(row, angular_acceleration, maps, on_ground, body, state)
     if body.only_pushes != 0.0:
         learn_no_pull(maps, body, state)
-    fu.stay_in_sets(fusion)
+    stay_in_sets(fusion)
     if body.balances != 0.0:
         cost, believable = doubt.cost_of_balance(fusion), doubt.believable_cost(state.axes, body)
         state.doubt = doubt.followed(state.doubt, cost, believable, body)
         follow_surprise(fusion, body.surprise, state.surprise)
-    weights = np.zeros(fu.N)
+    weights = np.zeros(unknowns.COUNT)
     for leg in range(len(LEGS)):
         for axis in range(3):
             write_leg_weights(leg, maps[leg, axis], state, weights)
@@ -234,7 +234,7 @@ def balance_body(
     the body's acceleration, since seals, encoders and pressures respond to the start of a motion
     with different delays.
     """
-    rows = np.zeros((6, fu.N))
+    rows = np.zeros((6, unknowns.COUNT))
     wrench = write_body_wrench(row, angular_acceleration, body, state, rows)
     point, column, effect = np.empty(3), np.empty(3), np.empty(6)
     slides = True
@@ -251,11 +251,11 @@ def balance_body(
                 column[axis] = maps[leg, axis, joint]
             effect[:] = 0.0
             add_force(effect, column, point)
-            for equation in range(len(fu.WRENCH)):
+            for equation in range(len(unknowns.WRENCH)):
                 write_cylinder_weights(cylinder, effect[equation], axis_state, rows[equation])
     variance = np.empty(6)
-    for equation in range(len(fu.WRENCH)):
-        rows[equation, fu.BALANCE + equation] = 1.0
+    for equation in range(len(unknowns.WRENCH)):
+        rows[equation, unknowns.BALANCE + equation] = 1.0
         is_force = equation < MOMENT
         variance[equation] = body.force_variance if is_force else body.moment_variance
     variance[UP] += (body.blow_share * row.ordered_thrust) ** 2
@@ -267,12 +267,12 @@ def balance_body(
         reach[0], reach[1] = body.belly_length, body.belly_width
         faulty_sensor.take_balance(rows, wrench, variance, reach, state.fusion)
     shows = slides and row.ordered_thrust == 0.0
-    for equation in range(len(fu.WRENCH)):
-        learns = equation in fu.VERTICAL_EQUATIONS and shows
+    for equation in range(len(unknowns.WRENCH)):
+        learns = equation in unknowns.VERTICAL_EQUATIONS and shows
         if learns:
             variance[equation] *= 1.0 + (UNSTEADY * state.unsteady) ** 2 / body.force_variance
         missing, error = wrench[equation], variance[equation]
-        fu.observe(state.fusion, rows[equation], missing, error, body.gate, learns)
+        observe(state.fusion, rows[equation], missing, error, body.gate, learns)
 
 
 @njit
