@@ -16,7 +16,7 @@ from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
 from testbed.robot.linkage import Linkage
-from testbed.robot.loads import foot_forces as ff
+from testbed.robot.loads.foot_forces import BodyMotion, JointMotion, LegNumbers
 from testbed.robot.rope_bearings import RopeBearings
 
 
@@ -93,7 +93,7 @@ class BodyBelief(Record):
     store_point = quantity("m", "where the store of rods is, body frame", per=XYZ)
     filter = part(persistent.Numbers, "of the foot loads")
     decisions = part(Decisions, "common to the axes")
-    legs = part(ff.LegNumbers, "masses and geometry", per=LEGS)
+    legs = part(LegNumbers, "masses and geometry", per=LEGS)
     axes = part(AxisBelief, "cylinders", per=AXES)
 
 
@@ -110,8 +110,8 @@ class Gathered(Record):
 class BodyState(Record):
     """What is known of the whole machine."""
 
-    joints = part(ff.JointMotion, "motion of the joints by the cylinders' sensors")
-    motion = part(ff.BodyMotion, "motion of the body, taken as standing still, body frame")
+    joints = part(JointMotion, "motion of the joints by the cylinders' sensors")
+    motion = part(BodyMotion, "motion of the body, taken as standing still, body frame")
     axes = part(AxisState, "cylinders", per=AXES)
     fusion = part(Fusion, "the Kalman filter of the errors")
     sums = part(Gathered, "since the last balance, added up")

@@ -56,7 +56,7 @@ from testbed.formats.intervals import Z90
 from testbed.machine.names import AXES, JOINTS, LEGS, ROTATION, SIDES, VERTICAL
 from testbed.recording.rows import DataRow, Interval
 from testbed.robot.linkage import joint_to_cylinder
-from testbed.robot.loads import foot_forces as ff
+from testbed.robot.loads.foot_forces import foot_forces
 from testbed.robot.model import write_rotation
 from testbed.robot.rope_bearings import follow
 
@@ -303,7 +303,7 @@ def step_body(row: DataRow, body: BodyBelief, state: BodyState) -> None:
     gravity_in_body(attitude, body.gravity, lift)
     for k in range(3):
         rotation[k, k], lift[k] = 1.0, -lift[k]
-    ff.foot_forces(body.legs, joints, rotation, state.motion, normals, force, up)
+    foot_forces(body.legs, joints, rotation, state.motion, normals, force, up)
     gather(row, force, state)
     if state.count >= body.every or (state.started == 0.0 and state.count > 0.0):
         balance(row, arms, body, state)

@@ -16,8 +16,7 @@ from testbed.estimation.live.body_records import BodyBelief
 from testbed.formats.arrays import Array
 from testbed.machine.names import JOINTS, LEGS, ROTATION, SIDES
 from testbed.recording.rows import DataRow
-from testbed.robot.loads import foot_forces as ff
-from testbed.robot.loads.foot_forces import LegNumbers
+from testbed.robot.loads.foot_forces import LegNumbers, turn_z
 from testbed.robot.model import write_rotation
 
 X, Y, Z = 0, 1, 2
@@ -62,8 +61,7 @@ def from_hip(leg: LegNumbers, centre: Array, turn: float, out: float) -> tuple[f
     from the hip, m: `out` along the radial joint, then turned by `turn`, rad.
     """
     x, y = centre[X] + leg.radial[X] * out, centre[Y] + leg.radial[Y] * out
-    turned: tuple[float, float] = ff.turn_z(turn, x, y)
-    return turned
+    return turn_z(turn, x, y)
 
 
 @njit
@@ -72,7 +70,7 @@ def leg_map(leg: LegNumbers, q: Array, arms: Array, out: Array) -> None:
     positions q (3) with the cylinders' arms (3).
     """
     turning, sliding, lifting = arms[TURN], arms[OUT], arms[DOWN]
-    radial_x, radial_y = ff.turn_z(q[TURN], leg.radial[X], leg.radial[Y])
+    radial_x, radial_y = turn_z(q[TURN], leg.radial[X], leg.radial[Y])
     foot_x, foot_y = from_hip(leg, leg.foot, q[TURN], q[OUT])
     reach = foot_x * radial_x + foot_y * radial_y
     aside = -foot_x * radial_y + foot_y * radial_x
