@@ -96,7 +96,7 @@ def traction_step(
     dt: float,
 ) -> float:
     """One step of a device; returns the rate of the rope's paid-out length, m/s (- hauls in)."""
-    share: float = pull_share(tension_n, supply_gauge_pa, n)
+    share = pull_share(tension_n, supply_gauge_pa, n)
     if n.stroke <= 0.0:
         return wanted_m_s * share if wanted_m_s < 0.0 else wanted_m_s
     s.owed = min(max(s.owed + wanted_m_s * dt, -OWED_MOST_M), OWED_MOST_M)
@@ -123,7 +123,7 @@ def _gripped(
     """The moving clamp holds the rope: go, and begin to regrip at the stroke's end or when there is
     time for it.
     """
-    rate: float = _owed_rate(s, n, dt)
+    rate = _owed_rate(s, n, dt)
     if rate < 0.0:
         rate *= share
     if abs(wanted_m_s) > STILL_M_S:

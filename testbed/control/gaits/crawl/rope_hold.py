@@ -143,14 +143,12 @@ class RopeHold:
         if not self._any:
             return 1.0
         ways, pull, shared = self.ways_m, self.pull_n, self.shared
-        share: float = rope_readiness(ways, pull, body, measured_n, part, shared)
-        return share
+        return rope_readiness(ways, pull, body, measured_n, part, shared)
 
     def _wanted(self, body: Array) -> tuple[float, float]:
         if not self._any:
             return 0.0, 0.0
-        wanted: tuple[float, float] = wanted_at(self.ways_m, self.pull_n, body)
-        return wanted
+        return wanted_at(self.ways_m, self.pull_n, body)
 
 
 @njit
