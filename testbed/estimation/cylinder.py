@@ -190,7 +190,7 @@ def friction_value(v: float, friction: Stribeck, now: Conditions) -> float:
     if v > 0.0:
         return friction_size(v, friction.sides[EXTENDING], now)
     if v < 0.0:
-        return -float(friction_size(-v, friction.sides[RETRACTING], now))
+        return -friction_size(-v, friction.sides[RETRACTING], now)
     return 0.0
 
 

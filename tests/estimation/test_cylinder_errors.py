@@ -64,18 +64,18 @@ def test_a_legs_variance_is_that_of_its_row_and_deaf_to_the_other_legs(state: An
 
 
 @pytest.mark.parametrize(
-    ("has_slid", "told_share", "share"), [(0.0, 0.8, 0.75 * 0.7), (1.0, 0.4, 0.75)]
+    ("has_slid", "reported_share", "share"), [(0.0, 0.8, 0.75 * 0.7), (1.0, 0.4, 0.75)]
 )
 def test_of_what_constants_and_friction_make_each_its_share_is_told(
-    state: Any, has_slid: float, told_share: float, share: float
+    state: Any, has_slid: float, reported_share: float, share: float
 ) -> None:
     """A zero of 30 N and friction of 40 N at one cylinder, beside 15 N of the filtered load; the
     spread takes the same share of both.
     """
     body = BodyBelief.zeros()[0]
     body.spread_share, body.spread_stuck, body.noise_sd = 0.75, 0.7, 15.0
-    body.told.stuck, body.told.stopped, body.told.resting = 0.8, 0.4, 1.2
-    body.told.loaded_within = body.told.led_within = 1.0
+    body.reported.stuck, body.reported.stopped, body.reported.resting = 0.8, 0.4, 1.2
+    body.reported.loaded_within = body.reported.led_within = 1.0
     state.doubt, state.axes[5].has_slid = 1.0, has_slid
     zero, friction = unknowns.ZERO + 5, unknowns.DEVIATION + 5
     state.fusion.p[zero, zero] = state.fusion.fixed[zero, zero] = 900.0
@@ -83,7 +83,7 @@ def test_of_what_constants_and_friction_make_each_its_share_is_told(
     row = np.zeros(unknowns.COUNT)
     row[zero] = row[friction] = 1.0
     told = reported_variance(1, row, body, state)
-    assert told == pytest.approx(1.2**2 * 900.0 + told_share**2 * 1600.0 + 225.0)
+    assert told == pytest.approx(1.2**2 * 900.0 + reported_share**2 * 1600.0 + 225.0)
     assert spread_variance(1, row, body, state) == pytest.approx(share**2 * 2500.0 + 225.0)
     state.doubt = 1e12  # a balance that nobody believes: all of it, either way
     assert reported_variance(1, row, body, state) == pytest.approx(2725.0)

@@ -10,8 +10,8 @@ from testbed.estimation.live.body_acceleration import AccelerationMemory
 from testbed.estimation.live.body_stirred import Stirred
 from testbed.estimation.live.cylinder_errors import LearntInAir
 from testbed.estimation.live.fusion import Fusion
+from testbed.estimation.live.reported_shares import ForceRange, ReportedShares
 from testbed.estimation.live.surprise import SurpriseNumbers, SurpriseState
-from testbed.estimation.live.told_friction import ForceRange, ToldShares
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
@@ -60,7 +60,7 @@ class BodyBelief(Record):
     noise_sd = quantity("N", "noise of a filtered load")
     moving_sd = quantity("N", "error by inertia and friction while the piston slides")
     steady_sd = quantity("N", "the same while the body moves steadily")
-    told = part(ToldShares, "shares of the standard deviation that an interval reports")
+    reported = part(ReportedShares, "shares of the standard deviation that an interval reports")
     range_noise = quantity("N", "range of a piston's force by noise alone")
     spread_share = quantity("1", "share of the filter's standard deviation for the spread")
     spread_stuck = quantity("1", "share of that for a vertical piston that never slid")

@@ -15,7 +15,7 @@ from testbed.compiled import njit
 from testbed.estimation.live import doubt, unknowns
 from testbed.estimation.live.axis import AxisState
 from testbed.estimation.live.fusion import observe
-from testbed.estimation.live.told_friction import told_of_constants, told_of_friction
+from testbed.estimation.live.reported_shares import share_of_constants, share_of_friction
 from testbed.formats.arrays import Array
 from testbed.formats.records import SET, Record, part, quantity
 from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
@@ -102,17 +102,17 @@ def leg_variance(covariance: Array, weights: Array, leg: int) -> float:
 @njit
 def reported_variance(leg: int, weights: Array, body: BodyBelief, state: BodyState) -> float:
     """Variance to report for a foot force, N2: shares of the filter's variance by the machine's
-    constants and by friction (told_friction.py), larger ones where the balance is doubted, and the
-    noise of the filtered load.
+    constants and by friction (reported_shares.py), larger ones where the balance is doubted, and
+    the noise of the filtered load.
     """
     piston, ends = state.axes[VERTICAL[leg]], state.ranges[leg]
-    told = told_of_friction(piston, ends, body.range_noise, body.told)
-    share = doubt.told_share(told, state.doubt)
+    friction = share_of_friction(piston, ends, body.range_noise, body.reported)
+    share = doubt.reported_share(friction, state.doubt)
     variance = max(leg_variance(state.fusion.p, weights, leg), 0.0)
     fixed = min(max(leg_variance(state.fusion.fixed, weights, leg), 0.0), variance)
-    known = doubt.told_share(told_of_constants(piston, body.told), state.doubt)
-    told_variance = known * known * fixed + share * share * (variance - fixed)
-    return told_variance + body.noise_sd * body.noise_sd
+    known = doubt.reported_share(share_of_constants(piston, body.reported), state.doubt)
+    shared = known * known * fixed + share * share * (variance - fixed)
+    return shared + body.noise_sd * body.noise_sd
 
 
 @njit
@@ -123,7 +123,7 @@ def spread_variance(leg: int, weights: Array, body: BodyBelief, state: BodyState
     """
     stuck = state.axes[VERTICAL[leg]].has_slid == 0.0
     share = body.spread_share * (body.spread_stuck if stuck else 1.0)
-    share = doubt.told_share(share, state.doubt)
+    share = doubt.reported_share(share, state.doubt)
     variance = max(leg_variance(state.fusion.p, weights, leg), 0.0)
     return share * share * variance + body.noise_sd * body.noise_sd
 

@@ -86,7 +86,7 @@ def cost_of_balance(fusion: Fusion) -> float:
 
 
 @njit
-def told_share(share: float, doubt: float) -> float:
+def reported_share(share: float, doubt: float) -> float:
     """Share of the filter's standard deviation that is reported: `share` where the balance is
     believed, all of it where it is not.
     """

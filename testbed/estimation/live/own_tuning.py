@@ -23,9 +23,9 @@ class OwnTuning:
     (E) and were chosen on runs that no result is taken from; see `testbed estimators`.
 
     `*_sd_*` is one standard deviation, `*_share` a share of what its name says, `*_keep_s` the time
-    constant with which a deviation decays. `told_*` is the part of the filter's standard deviation
-    that an interval reports (told_friction.py), chosen on drawn machines whose seals begin stuck
-    anywhere in their set.
+    constant with which a deviation decays. `reported_*` is the part of the filter's standard
+    deviation that an interval reports (reported_shares.py), chosen on drawn machines whose seals
+    begin stuck anywhere in their set.
     """
 
     rich: bool = True
@@ -150,33 +150,33 @@ class OwnTuning:
     """Error of a load by inertia and friction while its piston slides, for the spread."""
     steady_sd_n: float = 32.0
     """The same for the interval where the body moves steadily; body_stirred.py adds the rest."""
-    told_sliding: float = 0.45
+    reported_sliding: float = 0.45
     """Of the part by friction, while the vertical piston slides."""
-    told_begun: float = 1.8
-    """The same when it has just begun to slide; decays to `told_sliding` over `told_begun_s`."""
-    told_begun_s: float = 0.05
-    told_constants: float = 0.9
+    reported_begun: float = 1.8
+    """The same when it has just begun to slide; decays to the former over `reported_begun_s`."""
+    reported_begun_s: float = 0.05
+    reported_constants: float = 0.9
     """Of the part by the machine's constants, once the vertical piston has slid for longer. Less
     than 1: errors of friction by speed, of friction by load and of a zero make up for each other.
     """
-    told_resting: float = 1.2
+    reported_resting: float = 1.2
     """The same while it does not slide."""
-    told_stopped: float = 0.43
+    reported_stopped: float = 0.43
     """Of the part by friction, just after the piston came to rest: it keeps the friction of its
     stop.
     """
-    told_loaded: float = 0.88
-    """The same once its force has since ranged over `told_loaded_within` times the width of
+    reported_loaded: float = 0.88
+    """The same once its force has since ranged over `reported_loaded_within` times the width of
     friction's set.
     """
-    told_stuck: float = 0.62
+    reported_stuck: float = 0.62
     """Of the part by friction, while the piston has not slid since the start: what it may hide is
     as wide as its set, less what the balance of the body shows.
     """
-    told_led: float = 0.29
-    """The same once its force has ranged over `told_led_within` times that width."""
-    told_loaded_within: float = 1.0
-    told_led_within: float = 0.7
+    reported_led: float = 0.29
+    """The same once its force has ranged over `reported_led_within` times that width."""
+    reported_loaded_within: float = 1.0
+    reported_led_within: float = 0.7
     range_noise_n: float = 50.0
     """Range over which a piston's force seems to go by noise alone."""
     spread_share: float = 0.75
@@ -234,7 +234,7 @@ def unsurveyed(tuning: OwnTuning) -> OwnTuning:
     friction hides. At rest friction is anywhere in its set, and intervals report all of that.
     """
     alone = without(tuning, "balance", "weighs")
-    return told_whole(replace(alone, rest_share=EVEN, fresh_more=0.0), stuck=0.6)
+    return fully_reported(replace(alone, rest_share=EVEN, fresh_more=0.0), stuck=0.6)
 
 
 def unfelt(tuning: OwnTuning) -> OwnTuning:
@@ -242,23 +242,23 @@ def unfelt(tuning: OwnTuning) -> OwnTuning:
     by blows above all, cannot be followed, and intervals are as wide as the filter's own.
     """
     alone = replace(without(tuning, "shakes"), steady_sd_n=tuning.moving_sd_n)
-    return told_whole(alone, stuck=0.85)
+    return fully_reported(alone, stuck=0.85)
 
 
-def told_whole(tuning: OwnTuning, stuck: float = 1.0) -> OwnTuning:
+def fully_reported(tuning: OwnTuning, stuck: float = 1.0) -> OwnTuning:
     """The same with intervals as wide as the filter's own uncertainty; on a vertical piston that
     never slid, of the share `stuck` of it.
     """
     return replace(
         tuning,
-        told_sliding=1.0,
-        told_begun=1.0,
-        told_constants=1.0,
-        told_resting=1.0,
-        told_stopped=1.0,
-        told_loaded=1.0,
-        told_stuck=stuck,
-        told_led=stuck,
+        reported_sliding=1.0,
+        reported_begun=1.0,
+        reported_constants=1.0,
+        reported_resting=1.0,
+        reported_stopped=1.0,
+        reported_loaded=1.0,
+        reported_stuck=stuck,
+        reported_led=stuck,
         spread_share=1.0,
         spread_stuck=stuck,
     )

@@ -35,9 +35,9 @@ from testbed.estimation.live.cylinder_errors import (
     write_leg_weights,
 )
 from testbed.estimation.live.fusion import observe, predict, start, stay_in_sets
+from testbed.estimation.live.reported_shares import follow_force, just_begun
 from testbed.estimation.live.surprise import NONE as NO_SURPRISE
 from testbed.estimation.live.surprise import follow_surprise, widening
-from testbed.estimation.live.told_friction import follow_force, just_begun
 from testbed.estimation.live.wrench import (
     DOWN,
     MOMENT,
@@ -387,7 +387,7 @@ def bounds(leg: int, load: float, body: BodyBelief, state: BodyState, interval: 
     `interval`.
     """
     piston, filtered = state.axes[VERTICAL[leg]], state.filters[leg].estimate.variance
-    slides, begun = piston.slides, just_begun(piston, body.told)
+    slides, begun = piston.slides, just_begun(piston, body.reported)
     moving = slides**2 * moving_variance(load, begun, body, state.stirred)
     sd = math.sqrt(state.force_sd[leg, UP] ** 2 + (filtered + moving)) * widening(state.surprise)
     other = filtered + (slides * body.moving_sd) ** 2

@@ -20,7 +20,7 @@ from testbed.estimation.live.axis import AxisState
 from testbed.formats.records import Record, quantity
 
 
-class ToldShares(Record):
+class ReportedShares(Record):
     """Shares of the filter's standard deviation of a load that an interval reports: of the part
     that friction makes, where it does not say otherwise.
     """
@@ -60,13 +60,13 @@ def follow_force(force: float, slides: float, ends: ForceRange) -> None:
 
 
 @njit
-def just_begun(axis: AxisState, shares: ToldShares) -> float:
+def just_begun(axis: AxisState, shares: ReportedShares) -> float:
     """1 for a piston that begins to slide now, falling to 0 as it slides on."""
     return math.exp(-axis.slid / shares.begun_s)
 
 
 @njit
-def told_of_constants(axis: AxisState, shares: ToldShares) -> float:
+def share_of_constants(axis: AxisState, shares: ReportedShares) -> float:
     """Reported share of the standard deviation that the machine's constants make: all of it when
     the piston has just begun to slide, less while it slides on and reveals them, more at rest,
     where nothing reveals them.
@@ -77,8 +77,8 @@ def told_of_constants(axis: AxisState, shares: ToldShares) -> float:
 
 
 @njit
-def told_of_friction(
-    axis: AxisState, ends: ForceRange, noise_n: float, shares: ToldShares
+def share_of_friction(
+    axis: AxisState, ends: ForceRange, noise_n: float, shares: ReportedShares
 ) -> float:
     """Reported share of the standard deviation that the friction of a piston makes; ends: the range
     of its force, of which `noise_n` is noise.
