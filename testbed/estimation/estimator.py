@@ -77,10 +77,10 @@ def interval_of(answer: Any, estimator: object) -> tuple[Array, Array, Array]:
     return loads, low, high
 
 
-def told_of(
+def answer_of(
     estimator: Estimator, row: Any, field: str = "estimator", value: str | None = None
 ) -> tuple[Array, Array, Array]:
-    """Loads, low and high (4,), N, of one's own estimator for one DataRow, which it may keep.
+    """Loads, low and high (4,), N, by a user's estimator from one DataRow, which it may keep.
 
     Raises InputError, in `field`, for loads that are no numbers though every cylinder was measured,
     and for ends of an interval that are turned round.
@@ -109,12 +109,12 @@ def intervals_over(estimator: Estimator, rows: NDArray[Any]) -> Array:
     """An estimator's loads, low and high, N, over DataRow records (n,), one after the other: (n, 3,
     4).
 
-    Raises InputError as told_of.
+    Raises InputError as answer_of.
     """
     if isinstance(estimator, Method):
         answers = [interval_of(estimator.update(row), estimator) for row in rows]
     else:
-        answers = [told_of(estimator, row) for row in rows.copy()]
+        answers = [answer_of(estimator, row) for row in rows.copy()]
     return np.array(answers, dtype=np.float64).reshape(-1, 3, len(LEGS))
 
 
