@@ -13,6 +13,7 @@ from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Coordinate, ForceTerms, Observed, Signals, Values
 
 LEAST_LOAD_N = 50.0
+"""A recording whose largest load is smaller shows nothing of it (E)."""
 
 REFERENCE_LOAD_N = 1e4
 """At this load the exponent changes nothing."""

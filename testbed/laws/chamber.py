@@ -54,6 +54,7 @@ from testbed.laws.oil import (
 from testbed.laws.orifice import port
 
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
+"""g of ROS2, with which it is L-stable."""
 
 
 @njit_law

@@ -26,6 +26,7 @@ VAPOUR_PA = 1.0e3
 below it.
 """
 POLYTROPIC = 1.4
+"""Exponent of the entrained air: it is compressed too quickly to give off its heat (assumed)."""
 _POWER = 1.0 / POLYTROPIC
 _SERIES_2 = _POWER * (_POWER + 1.0) / 2.0
 _SERIES_3 = _SERIES_2 * (_POWER + 2.0) / 3.0
@@ -33,6 +34,7 @@ _SERIES_4 = _SERIES_3 * (_POWER + 3.0) / 4.0
 _SERIES_5 = _SERIES_4 * (_POWER + 4.0) / 5.0
 GAS_AT_VAPOUR = (ATMOSPHERE_PA / VAPOUR_PA) ** _POWER
 _SMALL = 0.06
+"""Relative change of pressure up to which the series serves instead of the power."""
 
 
 class OilParameters(Record):
