@@ -20,6 +20,7 @@ from testbed.errors import SimulationFault
 from testbed.estimation.live.chain import ChainBelief, ChainState, step_chain
 from testbed.formats.arrays import Array
 from testbed.formats.records import Record, Records, part
+from testbed.machine.names import AXES
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.parts import TICK_HZ
 from testbed.world import plant, sensing
@@ -111,7 +112,7 @@ def between_steps(
 def control(row: DataRow, board: Board) -> None:
     """Set points move on, and the valves get their commands."""
     dt = board.clock.control_step_s
-    for index in range(12):
+    for index in range(len(AXES)):
         loop = board.loops[index]
         loop.reference += loop.reference_rate * dt
         row.reference[index] = loop.reference

@@ -19,7 +19,7 @@ from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.rope import rope_pull, slip_through
 from testbed.laws.traction import oil_taken, traction_step
-from testbed.machine.names import GRAVITY_M_S2, JOINTS, LEGS, ROTATION, VERTICAL
+from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS, ROTATION, SIDES, VERTICAL
 from testbed.recording.rows import TruthRow
 from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads.foot_forces import foot_forces, turn_z
@@ -125,7 +125,7 @@ def follow_engine(board: Board, at_rest: bool, feet: bool) -> None:
         board.clock.step += 1
     if feet:
         joints = board.before
-        for i in range(12):
+        for i in range(len(AXES)):
             joints.acceleration[i] = (board.engine.joint_rate[i] - joints.rate[i]) / dt
             joints.torque[i] = board.given.joint_torque[i]
         foot_forces(
@@ -254,7 +254,7 @@ def push_foot(board: Board, leg: int) -> None:
     """Somebody's force on a foot's underside, as what it does to the leg's joints and to the body:
     adds to the given torques and force.
     """
-    numbers, push, first = board.legs[leg], board.foot_shove[leg], 3 * leg
+    numbers, push, first = board.legs[leg], board.foot_shove[leg], ROTATION[leg]
     turn, reach, down = (
         board.engine.joint[first],
         board.engine.joint[first + 1],
@@ -297,14 +297,14 @@ def step_cylinders(board: Board) -> None:
 def plant_step(board: Board) -> None:
     """From the engine's state to what the engine is given for the next step."""
     before, given = board.before, board.given
-    for i in range(12):
+    for i in range(len(AXES)):
         before.position[i], before.rate[i] = board.engine.joint[i], board.engine.joint_rate[i]
     move_rods(board)
     for i in range(3):
         given.force[i] = board.shove[i]
         given.torque[i] = 0.0
     taken = hauled = 0.0
-    for k in range(2):
+    for k in range(len(SIDES)):
         taken += rope_step(board, k)
         if board.ropes[k].wanted_rate < 0.0:
             hauled = max(hauled, board.ropes[k].tension)
@@ -312,9 +312,9 @@ def plant_step(board: Board) -> None:
     board.supply.traction_load = hauled / board.traction.area
     drill_step(board)
     step_cylinders(board)
-    for i in range(12):
+    for i in range(len(AXES)):
         given.joint_torque[i] = board.axes[i].force * board.arms[i]
-    for leg in range(4):
+    for leg in range(len(LEGS)):
         if board.foot_shove[leg].any():
             push_foot(board, leg)
 
@@ -331,7 +331,7 @@ def write_truth(row: TruthRow, board: Board, t: float) -> None:
         )
     for i in range(4):
         pose[3 + i] = body.quaternion[i]
-    for leg in range(4):
+    for leg in range(len(LEGS)):
         f = board.foot_force[leg]
         for i in range(3):
             row.foot_force_in_world[leg, i] = f[i]
@@ -339,7 +339,7 @@ def write_truth(row: TruthRow, board: Board, t: float) -> None:
         row.contact_normal[leg] = board.normal_force[leg]
     for i in range(6):
         row.drill_wrench_in_world[i] = board.drill_wrench[i]
-    for i in range(12):
+    for i in range(len(AXES)):
         axis = board.axes[i]
         row.friction[i] = axis.friction
         row.chamber_a[i] = axis.a.pressure - ATMOSPHERE_PA
@@ -349,7 +349,7 @@ def write_truth(row: TruthRow, board: Board, t: float) -> None:
     row.pump_power = board.supply.pump_power
     row.hole_depth = board.drill.depth
     row.drill_string_mass = board.drill.string_mass + board.drill.mast_mass
-    for k in range(2):
+    for k in range(len(SIDES)):
         for i in range(3):
             row.rope_force_in_world[k, i] = board.ropes[k].force[i]
         row.traction_stroke[k] = board.devices[k].place

@@ -15,7 +15,7 @@ from testbed.formats.records import Record, quantity
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.groups import NARROWEST_LOOP, Sensor
 from testbed.machine.model import Machine
-from testbed.machine.names import AXES, GRAVITY_M_S2, SIDES
+from testbed.machine.names import AXES, GRAVITY_M_S2, ROTATION, SIDES
 from testbed.recording.rows import XYZ, DataRow
 from testbed.scenario.parts import Sensors
 
@@ -225,8 +225,8 @@ def sense(row: DataRow, board: Board, noise: Noise, t: float, sample: int) -> No
     late.
     """
     row.t = t
-    for index in range(12):
-        count = board.sensors.count_rad if index % 3 == 0 else board.sensors.count_m
+    for index in range(len(AXES)):
+        count = board.sensors.count_rad if index in ROTATION else board.sensors.count_m
         place = board.engine.joint[index]
         if board.sensors.play[index] > 0.0:
             followed = max(board.sensors.followed[index], place - board.sensors.play[index])
@@ -239,7 +239,7 @@ def sense(row: DataRow, board: Board, noise: Noise, t: float, sample: int) -> No
         supply.pressure + supply.droop - ATMOSPHERE_PA + other.supply_noise * noise.supply_pressure
     )
     row.oil_temperature = counted(supply.temperature, other.temperature_step)
-    for k in range(2):
+    for k in range(len(SIDES)):
         pull = other.rope_gain[k] * board.ropes[k].tension + other.rope_zero[k]
         pull += other.rope_noise * noise.rope_tension[k]
         row.rope_tension[k] = max(pull, 0.0)
@@ -251,7 +251,7 @@ def sense_pressures(row: DataRow, board: Board, noise: Noise, t: float, sample: 
     """The transducers' readings into the row."""
     warm = board.supply.temperature - board.sensors.calibrated_at
     slot = sample % DELAY_LENGTH
-    for index in range(12):
+    for index in range(len(AXES)):
         shown = board.axes[index].transducers
         a, b = board.transducers[0, index], board.transducers[1, index]
         a.late[slot], b.late[slot] = shown.a - ATMOSPHERE_PA, shown.b - ATMOSPHERE_PA
