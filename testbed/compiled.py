@@ -22,9 +22,11 @@ from contextlib import contextmanager, suppress
 from functools import cache, lru_cache
 from pathlib import Path
 from types import FunctionType
-from typing import Any
+from typing import Any, TypeVar, overload
 
 import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 PACKAGE = Path(__file__).parent
 KEPT_DAYS = 30
@@ -174,6 +176,14 @@ def _own_cache(folder: Path) -> Iterator[None]:
         numba.config.CACHE_DIR = usual
 
 
+@overload
+def njit(function: F, *, made_of: tuple[Path, ...] = (), **options: Any) -> F: ...
+
+
+@overload
+def njit(*, made_of: tuple[Path, ...] = (), **options: Any) -> Callable[[F], F]: ...
+
+
 def njit(function: Any = None, *, made_of: tuple[Path, ...] = (), **options: Any) -> Any:
     """`numba.njit` with this cache, as `@njit` or `@njit(...)`; `made_of`: files it depends on
     besides its own.
@@ -223,6 +233,14 @@ get lost.
 """
 
 
-def njit_law(function: Callable[..., Any] | None = None, **options: Any) -> Any:
+@overload
+def njit_law(function: F, **options: Any) -> F: ...
+
+
+@overload
+def njit_law(**options: Any) -> Callable[[F], F]: ...
+
+
+def njit_law(function: Any = None, **options: Any) -> Any:
     """`njit` for a law: arithmetic as FAST allows."""
     return njit(function, fastmath=set(FAST), **options)

@@ -49,8 +49,10 @@ def run(
         with naming(scenario_path(scenario)), ExitStack() as shown:
             watch = shown.enter_context(_in_the_browser(loaded)) if live else None
             progress = shown.enter_context(run_progress(loaded.duration_s, loaded.name))
-            told = Recording(when_recorded=helpers.begin if helpers is not None else None)
-            result = run_scenario(loaded, out, model, gui, progress, watch=watch, recording=told)
+            recording = Recording(when_recorded=helpers.begin if helpers is not None else None)
+            result = run_scenario(
+                loaded, out, model, gui, progress, watch=watch, recording=recording
+            )
         from testbed.workflows.report import write_report
 
         with waiting("writing the report"):
@@ -125,8 +127,8 @@ def resume(
     from testbed.world.saved import read_state
 
     found = read_state(state)
-    told = dict(found.scenario) | ({} if duration is None else {"duration_s": duration})
-    scenario = checked(Scenario, told, state)
+    fields = dict(found.scenario) | ({} if duration is None else {"duration_s": duration})
+    scenario = checked(Scenario, fields, state)
     events = [parse_yaml(text, "--happen") for text in happen or []]
     for event in events:
         if not isinstance(event, dict) or "kind" not in event:
@@ -178,8 +180,8 @@ def sweep(
     from testbed.simulation.workers import Workers
 
     share, workers = Share.of(shard), Workers(work.jobs, dask) if dask else Workers.told(work.jobs)
-    told = FromOutside(changes.set_ or (), changes.seed, changes.duration)
-    loaded, runs = sweep_of(file, vary, told) if vary else load_sweep(file, told)
+    given = FromOutside(changes.set_ or (), changes.seed, changes.duration)
+    loaded, runs = sweep_of(file, vary, given) if vary else load_sweep(file, given)
     out = work.out
     if merge:
         results = merge_sweeps(runs, merge, out)

@@ -5,7 +5,7 @@ a function of the inner command.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,7 +46,7 @@ def hauling(scale: Scale) -> Hauling:
 
 
 @njit
-def haul(tension_n: Any, wanted_n: Any, by: Hauling, rates: Any) -> None:
+def haul(tension_n: Array, wanted_n: Array, by: Hauling, rates: Array) -> None:
     """Add to the rates (2) of the ropes' unstrained lengths, m/s (- hauls in), what brings tensions
     (2) there, N.
     """

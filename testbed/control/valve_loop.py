@@ -58,7 +58,7 @@ def position_loops(machine: Machine, arms: Array) -> NDArray[Any]:
 
 
 @njit
-def valve_command(loop: Any, position: float, dt: float) -> float:
+def valve_command(loop: PositionLoop, position: float, dt: float) -> float:
     """Command of one PositionLoop for a control period of dt, s; position in m (rotation: rad)."""
     error = loop.reference - position
     if loop.reference_rate == 0.0 and abs(error) <= loop.tolerance:
@@ -70,4 +70,4 @@ def valve_command(loop: Any, position: float, dt: float) -> float:
         opening += loop.deadband
     elif opening < 0.0:
         opening -= loop.deadband
-    return float(min(max(opening, -loop.limit), loop.limit))
+    return min(max(opening, -loop.limit), loop.limit)

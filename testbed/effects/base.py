@@ -73,14 +73,10 @@ class Effect:
     """One linear step does not tell what it could explain: it is always tried."""
     replaces_friction: ClassVar[bool] = False
     """It holds the friction's shape itself, with a memory, and takes long to compute."""
-    is_friction: ClassVar[bool] = False
-    """A change of friction (5): only a piston that slides shows it."""
     relative_to: ClassVar[tuple[str, ...]] = ()
     """Numbers of friction (5) of whose mean its size is a share: where they are unsure, so is the
     share, though their product may be sure.
     """
-    needs_sliding: ClassVar[bool] = False
-    """The same for what is no friction."""
     looked_for: ClassVar[float] = 1.0
     """Among so many alternatives its signature was picked as the best: its evidence is worth that
     much less.

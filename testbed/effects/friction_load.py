@@ -13,6 +13,7 @@ from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Coordinate, ForceTerms, Observed, Signals, Values
 
 LEAST_LOAD_N = 50.0
+"""A recording whose largest load is smaller shows nothing of it (E)."""
 
 REFERENCE_LOAD_N = 1e4
 """At this load the exponent changes nothing."""
@@ -39,7 +40,6 @@ class LoadFriction(Effect):
         ),
     )
     shapes = ("exponent",)
-    is_friction = True
     live = {"coefficient": "load_coefficient"}
     telling_motion = "press on the load cell at rising loads and slide a few millimetres under each"
     alike = {

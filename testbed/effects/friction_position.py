@@ -45,7 +45,6 @@ class PositionFriction(Effect):
         ),
     )
     shapes = ("curvature", "cubic", "quartic")
-    is_friction = True
     relative_to = ("coulomb_plus_n", "coulomb_minus_n")
     needs_known = ("stroke_m",)
     live = {"slope": "position_slope"}

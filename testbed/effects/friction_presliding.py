@@ -88,7 +88,6 @@ class Presliding(Effect):
         ParameterSpec("shape", "1", 0.2, 8.0, (0.5, 3.0), "suddenness of the slip", 1.0),
     )
     shapes = ("shape",)
-    is_friction = True
     far_from_linear = True
     replaces_friction = True
     telling_motion = "small sinusoids of 0.2 to 2 mm about several places"

@@ -59,7 +59,6 @@ class PressureFriction(Effect):
     needs = ("position", "pressure_a")
     rigs = ("vertical-leg", "cylinder")
     shapes = ("exponent", "imbalance")
-    is_friction = True
     live = {"coefficient": "pressure_coefficient_m2"}
     telling_motion = "the same strokes at two supply pressures"
     alike = {

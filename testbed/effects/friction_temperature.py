@@ -12,8 +12,9 @@ from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Observed, Signals, Values
 
 LEAST_WARMING_K = 3.0
-
+"""A recording in which the oil warms by less shows nothing of it (E)."""
 REFERENCE_DEGC = 20.0
+"""Temperature at which friction is the believed one."""
 
 
 def viscous_factor(oil_temperature_degc: Any, rate: float) -> Any:
@@ -37,7 +38,6 @@ class TemperatureFriction(Effect):
     )
     needs = ("position", "oil_temperature")
     shapes = ("coulomb_rate",)
-    is_friction = True
     relative_to = ("viscous_plus_n_s_m", "viscous_minus_n_s_m")
     live = {"rate": "viscosity_rate_1_k"}
     telling_motion = "the same constant-speed strokes with cold and with warm oil"

@@ -11,6 +11,7 @@ from testbed.effects.terms import FlowTerms, Observed, Signals, Values
 from testbed.machine.model import Machine
 
 ATMOSPHERE_PA = 1e5
+"""As in laws/oil.py."""
 
 
 def compliance_1_pa(pressure_pa: Any, fraction: float, exponent: float = 1.0 / 1.4) -> Any:

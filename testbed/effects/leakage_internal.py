@@ -12,6 +12,7 @@ from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import FlowTerms, Observed, Signals, Values
 
 REFERENCE_PA = 1e6
+"""Pressure drop at which the flow is `coefficient` times the drop, whatever the exponent."""
 
 
 def flow_m3_s(drop_pa: Any, coefficient: float, exponent: float = 1.0) -> Any:

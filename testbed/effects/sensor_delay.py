@@ -43,7 +43,6 @@ class Delay(Effect):
     )
     seen_in = ("force", "flow")
     shapes = ("lag_share",)
-    needs_sliding = True
     within_a_sample = True
     usual_on_legs = (-0.2 * TRANSDUCER_S, TRANSDUCER_S)
     shows_at_speed = True

@@ -288,6 +288,7 @@ def at_point(force: Array, point: Array) -> Array:
 
 
 KNOT_S = 2.0
+"""Distance of the knots of a drift of unknown course (E)."""
 
 
 def knots(time_s: Array) -> Array:

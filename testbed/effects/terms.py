@@ -293,7 +293,7 @@ class HiddenCylinder:
     """
 
     replaced: dict[str, float] = field(default_factory=dict)
-    """Path in AxisParameters (laws/hydraulics.py) -> number in the place of the machine's."""
+    """Path in AxisParameters (laws/axis_records.py) -> number in the place of the machine's."""
     added: dict[str, float] = field(default_factory=dict)
     """The same -> number on top of the machine's."""
     mass_kg: float = 0.0

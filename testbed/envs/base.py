@@ -142,7 +142,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._ended = True
         self._last: tuple[Array, Array] | None = None
         """Data and truth rows of the step before, (1, ..) each."""
-        self._told_last: tuple[Observation, dict[str, Any]] | None = None
+        self._last_answer: tuple[Observation, dict[str, Any]] | None = None
         """What the last step or reset has told."""
         self._start: Saved | None = None
         """Where the last draw began."""
@@ -194,9 +194,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
                 allowed="one that stands",
             )
         self._ended = False
-        self._told_last = self._observe(data), self._info(self._truth(data, truth), data)
+        self._last_answer = self._observe(data), self._info(self._truth(data, truth), data)
         self._start = self.save()
-        return self._told_last
+        return self._last_answer
 
     def _again(self) -> tuple[Observation, dict[str, Any]]:
         """The beginning of the run before, with other noise from here on."""
@@ -227,8 +227,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             )
         self._sim.restore(saved.state)
         vars(self).update(copy.deepcopy(dict(saved.own)))
-        assert self._told_last is not None
-        return self._told_last
+        assert self._last_answer is not None
+        return self._last_answer
 
     def _draw(self, further: list[str]) -> tuple[Array, Array]:
         """A new run and its first rows."""
@@ -289,8 +289,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         amounts = self._amounts(known, wanted, bool(lost))
         parts = {name: self._weights[name] * amount for name, amount in amounts.items()}
         info = {**self._info(known, data), "reward_terms": parts}
-        self._told_last = self._observe(data), info
-        return self._told_last[0], float(sum(parts.values())), bool(lost), over, info
+        self._last_answer = self._observe(data), info
+        return self._last_answer[0], float(sum(parts.values())), bool(lost), over, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """A picture (360, 480, 3) for rgb_array; the window draws itself."""
@@ -364,9 +364,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     # ---- reading ---------------------------------------------------------------------------------
 
     def _observe(self, data: Array) -> Observation:
-        return self._told(self._observer.observe(data.mean(axis=0), self._ordered()))
+        return self._in_form(self._observer.observe(data.mean(axis=0), self._ordered()))
 
-    def _told(self, seen: Vector) -> Observation:
+    def _in_form(self, seen: Vector) -> Observation:
         """A flat observation in the form that was asked for."""
         if not self._by_name:
             return seen

@@ -52,6 +52,7 @@ HEIGHT_M = 0.03
 HASTE = 0.4
 """By how much an action of 1 raises the share of pump and valves that is asked for."""
 LEAST_STRIDE_M, LEAST_HEIGHT_M = 0.05, 0.02
+"""Shortest stride and lowest swing of a machine of ROBOCLIMBER's size (E)."""
 WAY = Term("way", "way of the body up the slope", "m", 100.0)
 TIME = Term("time", "simulated time", "s", -0.5)
 ENERGY = Term("energy", "work of the pump", "kJ", -0.02)

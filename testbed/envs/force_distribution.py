@@ -59,4 +59,4 @@ class ForceDistributionEnv(RoboclimberEnv):
         self._sharing.order(action)
 
     def _observe(self, data: Array) -> Observation:
-        return self._told(self._sharing.view().astype(np.float32))
+        return self._in_form(self._sharing.view().astype(np.float32))

@@ -1,4 +1,4 @@
-"""Rewards: what an agent is told of the truth after the fact, and how it is weighed."""
+"""Rewards: terms computed from the truth after each step, and their weights."""
 
 from __future__ import annotations
 
@@ -77,7 +77,9 @@ def body_position(row: Any) -> Array:
 
 
 @njit
-def feet_of_rows(force: Any, normal: Any, rule: Any, meant: Any, lowest: Any, use: Any) -> None:
+def feet_of_rows(
+    force: Array, normal: Array, rule: tuple[Array, float], meant: Flags, lowest: Array, use: Array
+) -> None:
     """Lowest normal load (4) of each foot that is meant to carry and, of each row, the highest use
     (n,) of friction.
 

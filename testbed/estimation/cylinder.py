@@ -23,8 +23,8 @@ from testbed.compiled import njit
 from testbed.effects.hydraulics_air import compliance_1_pa
 from testbed.effects.sensor_drift_a import zero_pa
 from testbed.effects.sensor_gain import true_pa
-from testbed.formats.arrays import Array
-from testbed.formats.records import Record, part, quantity
+from testbed.formats.arrays import Array, Flags
+from testbed.formats.records import Record, Records, part, quantity
 from testbed.recording.leg_model import Friction
 
 EXTENDING, RETRACTING = 0, 1
@@ -120,11 +120,10 @@ _behind_gain, _drifted, _of_air = njit(true_pa), njit(zero_pa), njit(compliance_
 
 
 @njit
-def true_pressure(reading: Any, sensor: Any, time_s: Any) -> Any:
+def true_pressure(reading: float, sensor: Sensor, time_s: float) -> float:
     """The pressure (Pa) behind a reading `time_s` after the start."""
-    return _behind_gain(
-        reading - sensor.zero - _drifted(time_s, sensor.drift, 0.0), sensor.gain, 0.0
-    )
+    drifted = _drifted(time_s, sensor.drift, 0.0)
+    return float(_behind_gain(reading - sensor.zero - drifted, sensor.gain, 0.0))
 
 
 VOID_PA, VOID_SD_PA = -0.5e5, 0.29e5
@@ -138,22 +137,22 @@ def replace_clipped(readings_pa: Array) -> Array:
 
 
 @njit
-def chamber_pressure(reading: float, sensor: Any, time_s: float) -> float:
+def chamber_pressure(reading: float, sensor: Sensor, time_s: float) -> float:
     """The pressure (Pa) in a chamber behind a reading, which may have ended at 0."""
-    return VOID_PA if reading <= 0.0 else float(true_pressure(reading, sensor, time_s))
+    return VOID_PA if reading <= 0.0 else true_pressure(reading, sensor, time_s)
 
 
 @njit
-def clipped_reading_sd(reading_a: float, reading_b: float, c: Any) -> float:
-    """Standard deviation (N) of what readings that have ended at 0 leave open of a piston's force;
-    c: Cylinder.
+def clipped_reading_sd(reading_a: float, reading_b: float, c: Cylinder) -> float:
+    """Standard deviation (N) of what readings that have ended at 0 leave open of a piston's
+    force.
     """
     in_a = c.area_a if reading_a <= 0.0 else 0.0
     in_b = c.area_b if reading_b <= 0.0 else 0.0
     return VOID_SD_PA * math.hypot(in_a, in_b)
 
 
-def piston_force_n(pressure_a: Any, pressure_b: Any, area_a: Any, area_b: Any) -> Any:
+def piston_force_n(pressure_a: Any, pressure_b: Any, area_a: float, area_b: float) -> Any:
     """PA A_A - pB A_B, N; numbers or arrays."""
     return pressure_a * area_a - pressure_b * area_b
 
@@ -163,7 +162,7 @@ piston_force = njit(piston_force_n)
 
 
 @njit
-def stribeck_share(speed: float, side: Any) -> float:
+def stribeck_share(speed: float, side: FrictionSide) -> float:
     """What is left of F_s0 at `speed` = |v|, 1."""
     return math.exp(-speed / side.stribeck_speed)
 
@@ -178,25 +177,25 @@ def friction_terms(speed: Array, stribeck_speed: Any) -> Array:
 
 
 @njit
-def friction_size(speed: float, side: Any, now: Conditions) -> float:
-    """Size of friction in one sense (`side`: FrictionSide) at `speed` = |v| >= 0."""
+def friction_size(speed: float, side: FrictionSide, now: Conditions) -> float:
+    """Size of friction in one sense at `speed` = |v| >= 0, N."""
     static = side.static + now.dwell * (side.coulomb * now.factor + now.extra)
     dry = side.viscous * now.thinning * speed + side.coulomb * now.factor + now.extra
-    return float(dry + static * stribeck_share(speed, side))
+    return dry + static * stribeck_share(speed, side)
 
 
 @njit
-def friction_value(v: float, friction: Any, now: Conditions) -> float:
+def friction_value(v: float, friction: Stribeck, now: Conditions) -> float:
     """F_f(v) of (5), against extension; 0 at v = 0 as sign(0) = 0."""
     if v > 0.0:
-        return float(friction_size(v, friction.sides[EXTENDING], now))
+        return friction_size(v, friction.sides[EXTENDING], now)
     if v < 0.0:
-        return -float(friction_size(-v, friction.sides[RETRACTING], now))
+        return -friction_size(-v, friction.sides[RETRACTING], now)
     return 0.0
 
 
 @njit
-def break_away(friction: Any, now: Conditions) -> tuple[float, float]:
+def break_away(friction: Stribeck, now: Conditions) -> tuple[float, float]:
     """(lowest, highest) friction of a piston at rest."""
     low = -friction_size(0.0, friction.sides[RETRACTING], now)
     return low, friction_size(0.0, friction.sides[EXTENDING], now)
@@ -204,7 +203,7 @@ def break_away(friction: Any, now: Conditions) -> tuple[float, float]:
 
 @njit
 def friction_set(
-    v: float, sense: float, slides: float, friction: Any, now: Conditions
+    v: float, sense: float, slides: float, friction: Stribeck, now: Conditions
 ) -> tuple[float, float]:
     """(lowest, highest) friction that the encoder leaves open.
 
@@ -222,7 +221,7 @@ def friction_set(
 
 
 @njit
-def thinning_by_warmth(cylinder: Any, oil_degc: float) -> float:
+def thinning_by_warmth(cylinder: Cylinder, oil_degc: float) -> float:
     """What warmth leaves of the viscous part, 1."""
     if cylinder.viscosity_rate == 0.0:
         return 1.0
@@ -230,37 +229,37 @@ def thinning_by_warmth(cylinder: Any, oil_degc: float) -> float:
 
 
 @njit
-def place_factor(cylinder: Any, extension: float) -> float:
+def place_factor(cylinder: Cylinder, extension: float) -> float:
     """Coulomb friction at an extension (m) over that in the middle of the stroke."""
-    return float(1.0 + cylinder.position_slope * (extension / cylinder.stroke - 0.5))
+    return 1.0 + cylinder.position_slope * (extension / cylinder.stroke - 0.5)
 
 
 @njit
-def side_load_factor(cylinder: Any, extension: float) -> float:
+def side_load_factor(cylinder: Cylinder, extension: float) -> float:
     """Friction by a load across the rod at an extension (m) over that in the middle of the
     stroke.
     """
-    return float(1.0 + cylinder.side_growth * (extension / cylinder.stroke - 0.5))
+    return 1.0 + cylinder.side_growth * (extension / cylinder.stroke - 0.5)
 
 
 @njit
-def extra_friction(cylinder: Any, pressures: float, load: float, across: float) -> float:
+def extra_friction(cylinder: Cylinder, pressures: float, load: float, across: float) -> float:
     """Coulomb friction beyond F_c0, N, by pA + pB (Pa) and the load along and across the rod
     (N).
     """
     extra = cylinder.pressure_coefficient * pressures + cylinder.side_coefficient * across
-    return float(extra + cylinder.load_coefficient * max(load, 0.0))
+    return extra + cylinder.load_coefficient * max(load, 0.0)
 
 
 @njit
-def oil_compliance(gauge_pa: float, cylinder: Any) -> float:
+def oil_compliance(gauge_pa: float, cylinder: Cylinder) -> float:
     """1 / beta of oil with its air, 1/Pa."""
     air = _of_air(max(gauge_pa, 0.0), cylinder.air, POLYTROPIC_POWER) if cylinder.air > 0.0 else 0.0
-    return float(1.0 / cylinder.bulk_modulus + air)
+    return 1.0 / cylinder.bulk_modulus + air
 
 
 @njit
-def oil_springs(pa: float, pb: float, extension: float, cylinder: Any) -> tuple[float, float]:
+def oil_springs(pa: float, pb: float, extension: float, cylinder: Cylinder) -> tuple[float, float]:
     """Stiffness of both chambers, N/m, ports shut: beta_A A_A^2 / V_A, beta_B A_B^2 / V_B at gauge
     pressures, Pa, the hoses' widening in both.
 
@@ -278,12 +277,12 @@ def oil_springs(pa: float, pb: float, extension: float, cylinder: Any) -> tuple[
 
 
 @njit
-def seal_ratio(pa: float, pb: float, extension: float, cylinder: Any) -> float:
+def seal_ratio(pa: float, pb: float, extension: float, cylinder: Cylinder) -> float:
     """Stiffness of a piston's seals over that of its oil at gauge pressures (Pa) and an extension
     (m), 1.
     """
     a, b = oil_springs(pa, pb, extension, cylinder)
-    return float(min(cylinder.seal_stiffness / (a + b), RATIO_MOST))
+    return min(cylinder.seal_stiffness / (a + b), RATIO_MOST)
 
 
 @njit
@@ -320,7 +319,14 @@ def break_away_over(friction: Friction, factor: Array, extra: Array) -> tuple[Ar
 
 
 @njit
-def _levels(speed: Any, extends: Any, friction: Any, factor: Any, extra: Any, level: Any) -> None:
+def _levels(
+    speed: Array,
+    extends: Flags,
+    friction: Records[Stribeck],
+    factor: Array,
+    extra: Array,
+    level: Array,
+) -> None:
     for index in range(len(speed)):
         side = friction[0].sides[EXTENDING if extends[index] else RETRACTING]
         level[index] = friction_size(

@@ -77,29 +77,29 @@ def interval_of(answer: Any, estimator: object) -> tuple[Array, Array, Array]:
     return loads, low, high
 
 
-def told_of(
+def answer_of(
     estimator: Estimator, row: Any, field: str = "estimator", value: str | None = None
 ) -> tuple[Array, Array, Array]:
-    """Loads, low and high (4,), N, of one's own estimator for one DataRow, which it may keep.
+    """Loads, low and high (4,), N, by a user's estimator from one DataRow, which it may keep.
 
     Raises InputError, in `field`, for loads that are no numbers though every cylinder was measured,
     and for ends of an interval that are turned round.
     """
     measured = all(np.isfinite(row[name]).all() for name in MEASURED)
     loads, low, high = interval_of(estimator.update(row), estimator)
-    told = value or type(estimator).__name__
+    named = value or type(estimator).__name__
     if measured and not np.isfinite([loads, low, high]).all():
         raise InputError(
             f"a load is no number at t = {row['t']:.3f} s",
             field=field,
-            value=told,
+            value=named,
             allowed="finite loads, N",
         )
     if (low > high).any():
         raise InputError(
             f"an interval ends below its beginning at t = {row['t']:.3f} s",
             field=field,
-            value=told,
+            value=named,
             allowed="loads, low, high",
         )
     return loads, low, high
@@ -109,13 +109,13 @@ def intervals_over(estimator: Estimator, rows: NDArray[Any]) -> Array:
     """An estimator's loads, low and high, N, over DataRow records (n,), one after the other: (n, 3,
     4).
 
-    Raises InputError as told_of.
+    Raises InputError as answer_of.
     """
     if isinstance(estimator, Method):
-        told = [interval_of(estimator.update(row), estimator) for row in rows]
+        answers = [interval_of(estimator.update(row), estimator) for row in rows]
     else:
-        told = [told_of(estimator, row) for row in rows.copy()]
-    return np.array(told, dtype=np.float64).reshape(-1, 3, len(LEGS))
+        answers = [answer_of(estimator, row) for row in rows.copy()]
+    return np.array(answers, dtype=np.float64).reshape(-1, 3, len(LEGS))
 
 
 def loads_over(estimator: Estimator, rows: NDArray[Any]) -> Array:

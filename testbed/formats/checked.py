@@ -1,5 +1,5 @@
-"""The manners of every checked object: unknown keys refused, numbers finite, frozen, errors in one
-line.
+"""Base class of every checked object: unknown keys are refused, numbers are finite, objects frozen,
+and an error is one line.
 """
 
 from __future__ import annotations

@@ -13,10 +13,14 @@
     cylinders[3].chambers[0].pressure           # one of them, in Python or in a compiled function
 
 A record's NumPy dtype, its column names in a recording and its table for people all follow from the
-declaration, so that a new field may stand anywhere in it. Compiled functions take arrays of records
-(an array costs a Python caller 0.2 us, a single record 0.9 us) and hand single records on, which
-costs nothing. But a single record does not keep its array alive there: what a compiled function
-allocates for itself it hands on as an array, and the callee takes `[0]`.
+declaration, so that a new field may stand anywhere in it. In the signature of a compiled function
+`cylinder: Cylinder` is one record and `cylinders: Records[Cylinder]` an array (n,) of them: a type
+checker then knows every field and its kind.
+
+Compiled functions take arrays of records from Python (an array costs the caller 0.2 us, a single
+record 0.9 us) and hand single records on, which costs nothing. But a single record does not keep
+its array alive there: what a compiled function allocates for itself it hands on as an array, and
+the callee takes `[0]`.
 """
 
 from __future__ import annotations
@@ -25,7 +29,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from operator import itemgetter
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, Protocol, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +72,46 @@ class Column:
     meaning: str
 
 
+R = TypeVar("R", bound="Record")
+R_co = TypeVar("R_co", bound="Record", covariant=True)
+
+
+class Records(Protocol[R_co]):
+    """An array (n,) of records of one kind, in a signature."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(n,)."""
+        ...
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, index: int | tuple[int, ...], /) -> R_co: ...
+
+
+@overload
+def quantity(
+    unit: str, meaning: str, *, kind: Literal["f8"] = ..., units: Mapping[str, str] = ...
+) -> float: ...
+
+
+@overload
+def quantity(
+    unit: str, meaning: str, *, kind: Literal["i8"], units: Mapping[str, str] = ...
+) -> int: ...
+
+
+@overload
+def quantity(
+    unit: str,
+    meaning: str,
+    *,
+    per: tuple[Any, ...] | int,
+    kind: str = ...,
+    units: Mapping[str, str] = ...,
+) -> Array: ...
+
+
 def quantity(
     unit: str,
     meaning: str,
@@ -84,6 +128,16 @@ def quantity(
     units: how a label ends -> its unit, where that is not `unit` (`units={"_rotation": "rad"}`).
     """
     return Field(unit, meaning, _labels(per), kind, units=dict(units or {}))
+
+
+@overload
+def part(record: type[R], meaning: str, *, column: str = ...) -> R: ...
+
+
+@overload
+def part(
+    record: type[R], meaning: str, *, per: tuple[Any, ...] | int, column: str = ...
+) -> Records[R]: ...
 
 
 def part(

@@ -27,14 +27,23 @@ finds q; the axes fill it in.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from testbed.compiled import njit_law
+from testbed.laws.axis_records import (
+    AxisInput,
+    AxisParameters,
+    AxisState,
+    AxisWork,
+    Chamber,
+    ChamberParameters,
+    ChamberWork,
+)
 from testbed.laws.holding import NO_HOLDING, held_port
 from testbed.laws.oil import (
     ATMOSPHERE_PA,
     POLYTROPIC,
     VAPOUR_PA,
+    OilParameters,
     enthalpy,
     enthalpy_with_gas,
     gas_volume,
@@ -42,17 +51,15 @@ from testbed.laws.oil import (
     pressure_of,
     vapour_volume,
 )
-from testbed.laws.orifice import PortFlow, orifice
+from testbed.laws.orifice import port
 
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
+"""g of ROS2, with which it is L-stable."""
 
 
 @njit_law
-def begin(axis: Any, p: Any, rod: Any, h: float, work: Any) -> None:
-    """Fill the constants of a call for one axis, and its pressures at the start.
-
-    axis: AxisState, p: AxisParameters, rod: AxisInput of hydraulics.py; work: AxisWork.
-    """
+def begin(axis: AxisState, p: AxisParameters, rod: AxisInput, h: float, work: AxisWork) -> None:
+    """Fill the constants of a call for one axis, and its pressures at the start."""
     x, v = rod.extension, rod.rate
     work.a.volume = p.a.dead_volume + p.a.area * x
     work.b.volume = p.b.dead_volume + p.b.area * (p.stroke - x)
@@ -71,9 +78,16 @@ def begin(axis: Any, p: Any, rod: Any, h: float, work: Any) -> None:
 
 
 @njit_law(forceinline=True)
-def begin_chamber(chamber: Any, own: Any, p: Any, work: Any, w: Any, leaking: float) -> None:
-    """Hose and oil of one chamber at the start of a call; own: ChamberParameters, w: ChamberWork;
-    leaking: leakage over the declared one.
+def begin_chamber(
+    chamber: Chamber,
+    own: ChamberParameters,
+    p: AxisParameters,
+    work: AxisWork,
+    w: ChamberWork,
+    leaking: float,
+) -> None:
+    """Hose and oil of one chamber at the start of a call; leaking: leakage over the declared
+    one.
     """
     w.hose_conductance = own.hose_capacity / p.hose_time if own.hose_capacity > 0.0 else 0.0
     w.hose_start = chamber.hose_pressure
@@ -101,11 +115,13 @@ def inverses(
 
 
 @njit_law(forceinline=True)
-def settle(chamber: Any, w: Any, guess: float, oil: Any, work: Any) -> None:
-    """Pressure of one chamber from its oil and volume, and what follows from it, into Chamber and
-    ChamberWork.
+def settle(
+    chamber: Chamber, w: ChamberWork, guess: float, oil: OilParameters, work: AxisWork
+) -> None:
+    """Pressure of one chamber from its oil and volume, and what follows from it, into `chamber` and
+    `w`.
 
-    guess: where to look, Pa; oil: OilParameters; w.near belongs to the pressure before.
+    guess: where to look, Pa; w.near belongs to the pressure before.
     """
     near, air, per_bulk = chamber.pressure, oil.air, work.inverse_bulk
     room = w.volume + w.elasticity * (guess - ATMOSPHERE_PA)
@@ -121,7 +137,7 @@ def settle(chamber: Any, w: Any, guess: float, oil: Any, work: Any) -> None:
 
 @njit_law
 def pressure_in(
-    w: Any, held: float, guess: float, near: float, oil: Any, work: Any
+    w: ChamberWork, held: float, guess: float, near: float, oil: OilParameters, work: AxisWork
 ) -> tuple[float, float, float]:
     """Pressure (Pa), gas volume and nu of `held` m3 of oil in a chamber, however far they moved;
     near: its last pressure.
@@ -133,45 +149,16 @@ def pressure_in(
     return p, gas, per + widening * (p - ATMOSPHERE_PA)
 
 
-@njit_law(forceinline=True)
-def port(p: float, ps: float, pt: float, chamber: Any, w: Any, o: float, o_next: float) -> PortFlow:
-    """One port at pressure p between supply ps and tank pt, Pa, while its opening goes from o to
-    `o_next`.
-
-    chamber: ChamberParameters; w: ChamberWork. o > 0 opens the port to the supply, o < 0 to the
-    tank; the open edge is turbulent, both edges leak laminarly.
-    """
-    leak_p, leak = w.leak_from_supply, w.leak_to_tank
-    if o + o_next > 0.0:
-        f, df = orifice(ps - p)
-        now = chamber.from_supply * (o if o > 0.0 else 0.0)
-        then = chamber.from_supply * (o_next if o_next > 0.0 else 0.0)
-        return PortFlow(
-            now * f + leak_p * (ps - p),
-            leak * (pt - p),
-            now * df + leak_p,
-            leak,
-            (then - now) * f,
-            0.0,
-        )
-    if o + o_next < 0.0:
-        f, df = orifice(pt - p)
-        now = chamber.to_tank * (-o if o < 0.0 else 0.0)
-        then = chamber.to_tank * (-o_next if o_next < 0.0 else 0.0)
-        return PortFlow(
-            leak_p * (ps - p),
-            now * f + leak * (pt - p),
-            leak_p,
-            now * df + leak,
-            0.0,
-            (then - now) * f,
-        )
-    return PortFlow(leak_p * (ps - p), leak * (pt - p), leak_p, leak, 0.0, 0.0)
-
-
 @njit_law
 def first_stage(
-    axis: Any, p: Any, w: Any, o: float, o_next: float, ps: float, pt: float, h: float
+    axis: AxisState,
+    p: AxisParameters,
+    w: AxisWork,
+    o: float,
+    o_next: float,
+    ps: float,
+    pt: float,
+    h: float,
 ) -> None:
     """Flows and slopes of one axis at the substep's start; rates as y + u q.
 
@@ -231,7 +218,14 @@ def first_stage(
 
 @njit_law
 def second_stage(
-    axis: Any, p: Any, w: Any, o: float, q: float, ps: float, pt: float, h: float
+    axis: AxisState,
+    p: AxisParameters,
+    w: AxisWork,
+    o: float,
+    q: float,
+    ps: float,
+    pt: float,
+    h: float,
 ) -> None:
     """Fill in q, then the flows of one axis at the substep's end on the first stage's prediction;
     see `first_stage`.
@@ -290,7 +284,13 @@ def second_stage(
 
 @njit_law(forceinline=True)
 def second_hose_flow(
-    chamber: Any, own: Any, w: Any, work: Any, p: float, first: float, h: float
+    chamber: Chamber,
+    own: ChamberParameters,
+    w: ChamberWork,
+    work: AxisWork,
+    p: float,
+    first: float,
+    h: float,
 ) -> float:
     """Flow into a chamber's hose in the second stage, m3/s, without what its rate adds; p:
     predicted, Pa.
@@ -298,13 +298,13 @@ def second_hose_flow(
     hose = chamber.hose_pressure
     if w.hose_conductance > 0.0:
         hose += h * first / own.hose_capacity
-    return float(
-        work.hose_share * (w.hose_conductance * (p - hose - GAMMA * h * w.ramp) - 2.0 * first)
-    )
+    return work.hose_share * (w.hose_conductance * (p - hose - GAMMA * h * w.ramp) - 2.0 * first)
 
 
 @njit_law(forceinline=True)
-def predicted(chamber: Any, w: Any, rate: float, h: float, oil: Any, work: Any) -> float:
+def predicted(
+    chamber: Chamber, w: ChamberWork, rate: float, h: float, oil: OilParameters, work: AxisWork
+) -> float:
     """Pressure of a chamber at the substep's end if the rate of its oil holds, Pa; its volume
     advances.
     """
@@ -316,12 +316,18 @@ def predicted(chamber: Any, w: Any, rate: float, h: float, oil: Any, work: Any) 
     p, _, _, holds = pressure_near(room, then, guess, near, w.near, work.inverse_bulk, oil.air)
     if not holds:
         p, _, _ = pressure_in(w, then, guess, near, oil, work)
-    return float(p)
+    return p
 
 
 @njit_law(forceinline=True)
 def close_chamber(
-    chamber: Any, own: Any, w: Any, work: Any, q: float, h: float, oil: Any
+    chamber: Chamber,
+    own: ChamberParameters,
+    w: ChamberWork,
+    work: AxisWork,
+    q: float,
+    h: float,
+    oil: OilParameters,
 ) -> tuple[float, float, float]:
     """Fill in the second q and move a chamber's oil: oil that entered, its heat content (J), oil
     into the hose.
@@ -341,7 +347,13 @@ def close_chamber(
 
 @njit_law
 def close_step(
-    axis: Any, p: Any, w: Any, q: float, supply_enthalpy: float, tank_enthalpy: float, h: float
+    axis: AxisState,
+    p: AxisParameters,
+    w: AxisWork,
+    q: float,
+    supply_enthalpy: float,
+    tank_enthalpy: float,
+    h: float,
 ) -> tuple[float, float]:
     """Fill in the second q and move the oil of one axis; its pressures are then those at the
     substep's end.
@@ -359,18 +371,20 @@ def close_step(
 
 
 @njit_law(forceinline=True)
-def kept_by_hoses(axis: Any, p: Any, w: Any) -> float:
+def kept_by_hoses(axis: AxisState, p: AxisParameters, w: AxisWork) -> float:
     """Energy that the hoses of one axis took in since `begin`, J."""
-    return float(kept_by_hose(axis.a, p.a, w.a, p.oil) + kept_by_hose(axis.b, p.b, w.b, p.oil))
+    return kept_by_hose(axis.a, p.a, w.a, p.oil) + kept_by_hose(axis.b, p.b, w.b, p.oil)
 
 
 @njit_law(forceinline=True)
-def kept_by_hose(chamber: Any, own: Any, w: Any, oil: Any) -> float:
+def kept_by_hose(
+    chamber: Chamber, own: ChamberParameters, w: ChamberWork, oil: OilParameters
+) -> float:
     """Energy that the hose of one chamber took in since `begin`, J."""
     if w.hose_conductance <= 0.0:
         return 0.0
     middle = 0.5 * (chamber.hose_pressure + w.hose_start)
-    return float(
+    return (
         own.hose_capacity
         * (chamber.hose_pressure - w.hose_start)
         * enthalpy(middle, oil.bulk_modulus, oil.air)

@@ -31,13 +31,12 @@ delay of a would damp it.
 
 from __future__ import annotations
 
-from typing import Any
-
 from testbed.compiled import njit_law
+from testbed.laws.axis_records import AxisInput
 
 
 @njit_law(forceinline=True)
-def centre_window(rod: Any, extension: float, rate: float, dt: float) -> None:
+def centre_window(rod: AxisInput, extension: float, rate: float, dt: float) -> None:
     """Let an AxisInput run through `extension` (m) at `rate` (m/s), from dt / 2 before to dt / 2
     after.
     """

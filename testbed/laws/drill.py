@@ -10,7 +10,6 @@ torque turns the body about -z.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
@@ -63,10 +62,8 @@ BLOW_WIDTH = 0.25
 
 
 @njit
-def axial_force(d: Any, phase0: float, phase1: float, gravity_along_axis: float) -> float:
-    """Force on the body along its +z, N. d: DrillLoads; gravity_along_axis: g . z of the body, m/s2
-    (negative).
-    """
+def axial_force(d: DrillLoads, phase0: float, phase1: float, gravity_along_axis: float) -> float:
+    """Force on the body along its +z, N; gravity_along_axis: g . z of the body, m/s2 (negative)."""
     blows = d.blow * blow_mean(phase0, phase1, BLOW_WIDTH) if d.blow != 0.0 else 0.0
     weight: float = d.string_mass * gravity_along_axis
-    return float(d.feed + blows - d.pull + weight)
+    return d.feed + blows - d.pull + weight

@@ -8,7 +8,6 @@ missed.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from testbed.compiled import njit_law
 from testbed.formats.records import Record, quantity
@@ -57,12 +56,11 @@ def share_above(start: float, end: float) -> float:
 
 
 @njit_law
-def one_end(p: Any, gap: float, gap_end: float, approach: float) -> float:
+def one_end(p: EndParameters, gap: float, gap_end: float, approach: float) -> float:
     """Mean push away from one end, N, >= 0: a damper growing over the cushion's length, then a
     stop.
 
-    p: EndParameters; gap, gap_end: distance to the end at start and end of the step, m (negative:
-    into the stop);
+    gap, gap_end: distance to the end at start and end of the step, m (negative: into the stop);
     approach: rate towards it, m/s. The cushion works against approach only; the stop's damper never
     pulls.
     """
@@ -71,19 +69,21 @@ def one_end(p: Any, gap: float, gap_end: float, approach: float) -> float:
     if approach > 0.0:
         force = p.cushion_damping * approach / length * mean_ramp(length - gap, length - gap_end)
         force += p.stop_damping * approach * share_above(-gap, -gap_end)
-        return float(force + stiffness * mean_ramp(-gap, -gap_end))
+        return force + stiffness * mean_ramp(-gap, -gap_end)
     if stiffness <= 0.0:
         return 0.0
     relief = p.stop_damping * approach / stiffness
-    return float(stiffness * mean_ramp(relief - gap, relief - gap_end))
+    return stiffness * mean_ramp(relief - gap, relief - gap_end)
 
 
 @njit_law(forceinline=True)
-def end_force(p: Any, stroke: float, x: float, v: float, speed: float, dt: float) -> float:
+def end_force(
+    p: EndParameters, stroke: float, x: float, v: float, speed: float, dt: float
+) -> float:
     """Mean force of cushions and stops over dt, N, along +x.
 
-    p: EndParameters; x: extension at the step's start, m, which changes at the rate v, m/s; speed:
-    what dampers see of the rate, m/s (coupling.py).
+    x: extension at the step's start, m, which changes at the rate v, m/s; speed: what dampers see
+    of the rate, m/s (coupling.py).
     """
     end = x + v * dt
     low, high = (x, end) if x < end else (end, x)
@@ -96,9 +96,9 @@ def end_force(p: Any, stroke: float, x: float, v: float, speed: float, dt: float
 
 
 @njit_law
-def extra_force(p: Any, x: float, v: float, t: float, dt: float) -> float:
-    """Mean over [t, t + dt] of `ExtraForces` p on the piston along +x, N: spring, narrow band,
-    early cushion.
+def extra_force(p: ExtraForces, x: float, v: float, t: float, dt: float) -> float:
+    """Mean over [t, t + dt] of the undeclared forces on the piston along +x, N: spring, narrow
+    band, early cushion.
     """
     force = 0.0
     if p.spring_stiffness != 0.0:

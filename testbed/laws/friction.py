@@ -16,10 +16,14 @@ function of the distance alone: it relaxes exponentially, so the mean force has 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from testbed.compiled import njit_law
 from testbed.formats.records import Record, part, quantity
+
+if TYPE_CHECKING:
+    from testbed.laws.axis_records import AxisInput
+
 
 SHORT_EXPONENT, SHORTEST_EXPONENT = 0.01, 1e-6
 """Exponents below which a series (accurate to 1e-10), or its first term, replaces the closed form,
@@ -141,9 +145,9 @@ def dwell_step(
 
 @njit_law(forceinline=True)
 def friction_step(
-    s: Any,
-    p: Any,
-    rod: Any,
+    s: SealState,
+    p: SealParameters,
+    rod: AxisInput,
     skipped: float,
     place: float,
     pressures: float,
@@ -153,10 +157,9 @@ def friction_step(
     """Mean friction of one axis over dt, N, positive against a positive rate. Advances the bristle
     and the dwell in `s`.
 
-    s: SealState; p: SealParameters; rod: the motion and loads of the rod (`rate`, `load`,
-    `side_load`); skipped: slide of the contact before the step, m (hydraulic_step); place:
-    extension at mid-step from the middle of the stroke, share of the stroke; pressures: sum of the
-    mean gauge pressures of both chambers, Pa; thinning: factor of the viscous part.
+    skipped: slide of the contact before the step, m (hydraulic_step); place: extension at mid-step
+    from the middle of the stroke, share of the stroke; pressures: sum of the mean gauge pressures
+    of both chambers, Pa; thinning: factor of the viscous part.
     """
     v = rod.rate
     speed = abs(v)
@@ -182,4 +185,4 @@ def friction_step(
     if skipped != 0.0:  # the mean is that of the step alone, which begins after the skipped slide
         mean += 0.5 * skipped * (bent / slide if abs(slide) > STILL * longest else 1.0)
     force = p.bristle_stiffness * mean + p.bristle_damping * bent / dt
-    return float(force + side.viscous * thinning * slide / dt)
+    return force + side.viscous * thinning * slide / dt

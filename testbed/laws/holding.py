@@ -8,9 +8,8 @@ COUNTERBALANCE_BAND_PA. Shut, both are tight. pilot: pressure of the other chamb
 
 from __future__ import annotations
 
-from typing import Any
-
 from testbed.compiled import njit_law
+from testbed.laws.axis_records import ChamberParameters
 from testbed.laws.orifice import PortFlow
 
 NO_HOLDING, PILOT_CHECK, COUNTERBALANCE = 0.0, 1.0, 2.0
@@ -35,7 +34,7 @@ def outlet_share(
 
 @njit_law(forceinline=True)
 def held_port(
-    flow: PortFlow, p: float, pilot: float, pt: float, chamber: Any, to_tank: bool
+    flow: PortFlow, p: float, pilot: float, pt: float, chamber: ChamberParameters, to_tank: bool
 ) -> PortFlow:
     """What a load-holding valve lets through of a port's flow; no oil between it and
     the spool.

@@ -14,18 +14,21 @@ substeps (chamber.py, supply.py).
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from testbed.compiled import njit_law
-from testbed.formats.records import Record, part, quantity
+from testbed.formats.arrays import Array
+from testbed.formats.records import Records
+from testbed.laws.axis_records import AxisInput, AxisParameters, AxisState, AxisWork
 from testbed.laws.chamber import begin, close_step, first_stage, kept_by_hoses, second_stage
-from testbed.laws.end_stops import EndParameters, ExtraForces, end_force, extra_force
-from testbed.laws.friction import SealParameters, SealState, friction_step
-from testbed.laws.oil import ATMOSPHERE_PA, OilNear, OilParameters
+from testbed.laws.end_stops import end_force, extra_force
+from testbed.laws.friction import friction_step
+from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.supply import (
     LOAD_SENSING,
+    PowerUnit,
+    SupplyState,
     SupplyWork,
     begin_supply,
     demand_step,
@@ -33,138 +36,20 @@ from testbed.laws.supply import (
     supply_first,
     supply_second,
 )
-from testbed.laws.transducer import (
-    TransducerParameters,
-    TransducerState,
-    sense_path,
-    transducer_weights,
-)
-from testbed.laws.valve import ValveParameters, ValveState, spool_weights, valve_path
-
-
-class HoldingParameters(Record):
-    """The load-holding valve at a port."""
-
-    kind = quantity("1", "0: none, 1: pilot-operated check valve, 2: counterbalance valve")
-    setting = quantity("Pa", "counterbalance: load pressure at which it opens without a pilot")
-    pilot_ratio = quantity("1", "counterbalance: how much the other chamber's pressure helps")
-
-
-class ChamberParameters(Record):
-    """One chamber with its hose, its two valve edges and its load-holding valve."""
-
-    area = quantity("m2", "piston area")
-    dead_volume = quantity("m3", "volume at the end of the stroke, with its line")
-    hose_elasticity = quantity("m3/Pa", "immediate expansion of the hose; 0: rigid")
-    hose_capacity = quantity("m3/Pa", "slow expansion of the hose; 0: none")
-    from_supply = quantity("m3/(s sqrt(Pa))", "flow of the edge from the supply, fully open")
-    to_tank = quantity("m3/(s sqrt(Pa))", "flow of the edge to the tank, fully open")
-    leak_from_supply = quantity("m3/(s Pa)", "laminar leakage of the edge from the supply")
-    leak_to_tank = quantity("m3/(s Pa)", "laminar leakage of the edge to the tank")
-    holding = part(HoldingParameters, "its load-holding valve")
-
-
-class Chamber(Record):
-    """The oil in one chamber."""
-
-    oil = quantity("m3", "standard volume")
-    pressure = quantity("Pa", "absolute")
-    hose_pressure = quantity("Pa", "in the hose's wall, absolute")
-
-
-class ChamberWork(Record):
-    """Working numbers of a chamber within one call. k1, k2: rates of oil in the two stages."""
-
-    volume = quantity("m3", "now")
-    growth = quantity("m3/s", "of the volume")
-    leak_from_supply = quantity("m3/(s Pa)", "of its valve edge; 0 for a locked valve")
-    leak_to_tank = quantity("m3/(s Pa)", "of its valve edge; 0 for a locked valve")
-    hose_conductance = quantity("m3/(s Pa)", "capacity over time of the hose")
-    hose_start = quantity("Pa", "pressure of the hose when the call began")
-    near = part(OilNear, "the oil at the last pressure")
-    elasticity = quantity("m3/Pa", "of the hose")
-    stiffness = quantity("Pa/m3", "dp/d oil")
-    ramp = quantity("Pa/s", "dp/dt at constant oil")
-    enthalpy = quantity("J/m3", "of the oil")
-    from_supply = quantity("1", "g h times the slope of the flow from the supply")
-    own_share = quantity("1", "how the chamber's rate answers its own balance")
-    other_share = quantity("1", "how it answers the other chamber's")
-    answer = quantity("m3/Pa", "u of the rate y + u q")
-    rate = quantity("m3/s", "y of the rate y + u q")
-    change = quantity("m3/s", "g h times how the flow changes in time at constant oil")
-    hose_in = quantity("m3/s", "flow into the hose, without what the rate adds")
-    guess = quantity("Pa", "pressure that the first stage predicts for the end")
-    first_rate = quantity("m3/s", "k1")
-    first_hose_rate = quantity("m3/s", "flow into the hose in the first stage")
-
-
-class AxisWork(Record):
-    """Working numbers of an axis within one call."""
-
-    a = part(ChamberWork, "piston side")
-    b = part(ChamberWork, "rod side")
-    inner_leakage = quantity("m3/(s Pa)", "across the piston")
-    outer_leakage = quantity("m3/(s Pa)", "of each chamber to the tank")
-    vapour_volume = quantity("1", "specific volume beyond which the oil leaves a void")
-    inverse_bulk = quantity("1/Pa", "1 / bulk modulus")
-    holding = quantity("1", "1: there is a load-holding valve at A or B")
-    hose_share = quantity("1", "what is left of the hose's flow by its own filling, implicitly")
-    drawn = quantity("m3/s", "flow from the supply, without what the rate q adds")
-    rise = quantity("m3/(s Pa) s", "how that flow answers q")
-    first_drawn = quantity("m3/s", "first its change in time, then the first stage's flow")
-
-
-class AxisParameters(Record):
-    """A cylinder with its valve, hoses, seals, ends and transducers."""
-
-    a = part(ChamberParameters, "piston side")
-    b = part(ChamberParameters, "rod side")
-    stroke = quantity("m", "of the piston")
-    inner_leakage = quantity("m3/(s Pa)", "across the piston")
-    outer_leakage = quantity("m3/(s Pa)", "of each chamber to the tank")
-    hose_time = quantity("s", "in which a hose takes its oil up")
-    oil = part(OilParameters, "in both chambers")
-    valve = part(ValveParameters, "its valve")
-    seal = part(SealParameters, "its friction")
-    ends = part(EndParameters, "cushions and stops")
-    extra = part(ExtraForces, "undeclared forces on the piston")
-    transducers = part(TransducerParameters, "its pressure transducers")
-
-
-class AxisState(Record):
-    """The state of an axis, and the forces of its last step."""
-
-    a = part(Chamber, "piston side")
-    b = part(Chamber, "rod side")
-    valve = part(ValveState, "its valve")
-    seal = part(SealState, "its friction")
-    transducers = part(TransducerState, "its pressure transducers")
-    force = quantity("N", "mean on the rod over the last step, + pushes out")
-    friction = quantity("N", "mean over the last step, against + rate")
-    end_force = quantity("N", "mean of cushions and stops over the last step, along + extension")
-    reached = quantity("m", "extension at the end of the last step")
-    skipped = quantity(
-        "m", "jump between the end of the previous step and the start of the last one"
-    )
-    thinning = quantity("1", "viscous friction by the oil's temperature, share of the reference's")
-    leaking = quantity("1", "leakage by the oil's temperature, share of the declared")
-
-
-class AxisInput(Record):
-    """Motion, command and loads of an axis during a step."""
-
-    extension = quantity("m", "at the start of the step")
-    rate = quantity("m/s", "constant over the step")
-    command = quantity("1", "valve command, -1 to 1, + extends")
-    load = quantity("N", "on the rod, + presses it in: for load-dependent friction")
-    side_load = quantity("N", "across the rod: for load-dependent friction")
-
+from testbed.laws.transducer import sense_path, transducer_weights
+from testbed.laws.valve import spool_weights, valve_path
 
 AXIS_WORK, SUPPLY_WORK = AxisWork.dtype, SupplyWork.dtype
 
 
 @njit_law
-def open_valves(axes: Any, params: Any, given: Any, h: float, openings: Any) -> None:
+def open_valves(
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    h: float,
+    openings: Array,
+) -> None:
     """Openings of all axes at the ends of the substeps, (n, substeps + 1)."""
     p = params[0].valve
     weights = spool_weights(p.frequency, p.damping, p.amplifier_lag, h)
@@ -185,7 +70,9 @@ def open_valves(axes: Any, params: Any, given: Any, h: float, openings: Any) -> 
 
 
 @njit_law
-def sensed_load(axes: Any, openings: Any, supply: Any, unit: Any) -> float:
+def sensed_load(
+    axes: Records[AxisState], openings: Array, supply: SupplyState, unit: PowerUnit
+) -> float:
     """Highest pressure among the chambers and traction devices connected to the supply, Pa
     absolute; 0 if there is none, or if the pump is not load-sensing.
     """
@@ -204,7 +91,9 @@ def sensed_load(axes: Any, openings: Any, supply: Any, unit: Any) -> float:
 
 
 @njit_law
-def sense(axes: Any, params: Any, a: Any, b: Any, h: float) -> None:
+def sense(
+    axes: Records[AxisState], params: Records[AxisParameters], a: Array, b: Array, h: float
+) -> None:
     """Transducers of all axes along the chambers' pressures a, b (n, substeps + 1)."""
     p = params[0].transducers
     weights = transducer_weights(p.pipe_frequency, p.pipe_damping, p.lag, h)
@@ -222,7 +111,7 @@ def sense(axes: Any, params: Any, a: Any, b: Any, h: float) -> None:
 
 
 @njit_law(forceinline=True)
-def mean_of_nodes(values: Any) -> float:
+def mean_of_nodes(values: Array) -> float:
     """Trapezoidal mean of values at the ends of equal intervals."""
     total = 0.5 * (values[0] + values[-1])
     for index in range(1, values.shape[0] - 1):
@@ -232,7 +121,13 @@ def mean_of_nodes(values: Any) -> float:
 
 @njit_law(forceinline=True)
 def rod_force(
-    axis: Any, p: Any, rod: Any, mean_a: float, mean_b: float, t: float, dt: float
+    axis: AxisState,
+    p: AxisParameters,
+    rod: AxisInput,
+    mean_a: float,
+    mean_b: float,
+    t: float,
+    dt: float,
 ) -> float:
     """Write the mean force, friction and end force of one axis over dt into the axis; returns the
     jump of its extension since the end of its last step, m.
@@ -253,12 +148,19 @@ def rod_force(
     axis.force = force + ends + extra_force(p.extra, x, v, t, dt) - friction
     axis.friction, axis.end_force = friction, ends
     axis.reached, axis.skipped = x + dt * v, skipped
-    return float(skipped)
+    return skipped
 
 
 @njit_law
 def rod_forces(
-    axes: Any, params: Any, given: Any, work: Any, a: Any, b: Any, t: float, dt: float
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    work: Records[AxisWork],
+    a: Array,
+    b: Array,
+    t: float,
+    dt: float,
 ) -> float:
     """Mean force of every axis over dt from the pressures a, b (n, substeps + 1) of its chambers;
     returns the work of the rods that friction, ends and hoses turned into heat, J.
@@ -276,7 +178,13 @@ def rod_forces(
 
 
 @njit_law
-def thin_oil(axes: Any, params: Any, viscosity: float, warmth: float, beyond: float) -> None:
+def thin_oil(
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    viscosity: float,
+    warmth: float,
+    beyond: float,
+) -> None:
     """Set two factors of every axis: `thinning` of viscous friction, `warmth` K above its reference
     temperature, and `leaking` of leakage, `beyond` K above its own.
     """
@@ -292,15 +200,19 @@ def thin_oil(axes: Any, params: Any, viscosity: float, warmth: float, beyond: fl
 
 @njit_law
 def hydraulic_step(
-    axes: Any, params: Any, given: Any, supply: Any, unit: Any, dt: float, substeps: int
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    supply: SupplyState,
+    unit: PowerUnit,
+    dt: float,
+    substeps: int,
 ) -> None:
     """Advance all axes and the power unit by dt in `substeps`, in place.
 
-    axes, params, given: arrays (n) of AxisState, AxisParameters and AxisInput; supply, unit: one
-    SupplyState and one PowerUnit. axes[i].force becomes the mean force of the cylinder on its rod
-    over dt, including friction and end force, which are also stored by themselves. An axis whose
-    extension differs from the end of its last step (`reached`) is first moved there with its oil
-    enclosed: coupling.py.
+    axes[i].force becomes the mean force of the cylinder on its rod over dt, including friction and
+    end force, which are also stored by themselves. An axis whose extension differs from the end of
+    its last step (`reached`) is first moved there with its oil enclosed: coupling.py.
     """
     n = axes.shape[0]
     h = dt / substeps

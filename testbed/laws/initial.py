@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.formats.arrays import Array
-from testbed.laws.hydraulics import AxisState
+from testbed.laws.axis_records import AxisState
 from testbed.laws.oil import ATMOSPHERE_PA, specific_volume
 from testbed.laws.supply import LOAD_SENSING, SupplyState, supply_oil
 

@@ -13,7 +13,6 @@ are absolute.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from testbed.compiled import njit_law
 from testbed.formats.records import Record, quantity
@@ -27,6 +26,7 @@ VAPOUR_PA = 1.0e3
 below it.
 """
 POLYTROPIC = 1.4
+"""Exponent of the entrained air: it is compressed too quickly to give off its heat (assumed)."""
 _POWER = 1.0 / POLYTROPIC
 _SERIES_2 = _POWER * (_POWER + 1.0) / 2.0
 _SERIES_3 = _SERIES_2 * (_POWER + 2.0) / 3.0
@@ -34,6 +34,7 @@ _SERIES_4 = _SERIES_3 * (_POWER + 3.0) / 4.0
 _SERIES_5 = _SERIES_4 * (_POWER + 4.0) / 5.0
 GAS_AT_VAPOUR = (ATMOSPHERE_PA / VAPOUR_PA) ** _POWER
 _SMALL = 0.06
+"""Relative change of pressure up to which the series serves instead of the power."""
 
 
 class OilParameters(Record):
@@ -139,14 +140,14 @@ def pressure_near(
     oil: float,
     guess_pa: float,
     near_pa: float,
-    near: Any,
+    near: OilNear,
     per_bulk: float,
     air: float,
 ) -> tuple[float, float, float, bool]:
     """`pressure_of` without a division, for a small change: p (Pa), gas volume, nu, and whether it
     holds.
 
-    near: OilNear at the pressure near_pa; per_bulk: 1 / bulk modulus. Where it holds, p is right to
+    near: the oil at the pressure near_pa; per_bulk: 1 / bulk modulus. Where it holds, p is right to
     1e-7.
     """
     per_near, inverse = near.inverse_pressure, near.inverse_slope
@@ -166,7 +167,7 @@ def pressure_near(
 def effective_bulk_modulus(p_pa: float, bulk_pa: float, air: float) -> float:
     """-nu / (d nu / dp) in Pa: what a pressure transient sees at the absolute pressure p."""
     nu, slope = specific_volume(p_pa, bulk_pa, air)
-    return float(-nu / slope)
+    return -nu / slope
 
 
 @njit_law(forceinline=True)
@@ -183,4 +184,4 @@ def enthalpy(p_pa: float, bulk_pa: float, air: float) -> float:
     """h(p) = integral of nu from p0 to p, J per standard m3: what flowing oil carries; a throttle
     heats by its drop.
     """
-    return float(enthalpy_with_gas(p_pa, gas_volume(p_pa, air), 1.0 / bulk_pa, air))
+    return enthalpy_with_gas(p_pa, gas_volume(p_pa, air), 1.0 / bulk_pa, air)

@@ -8,6 +8,7 @@ import math
 from typing import NamedTuple
 
 from testbed.compiled import njit_law
+from testbed.laws.axis_records import ChamberParameters, ChamberWork
 
 LAMINAR_DROP_PA = 2.0e4
 """Pressure drop below which the flow turns laminar (assumed; a sharp edge at Re of some tens)."""
@@ -38,3 +39,47 @@ class PortFlow(NamedTuple):
     tank_slope: float
     supply_growth: float
     tank_growth: float
+
+
+@njit_law(forceinline=True)
+def port(
+    p: float,
+    ps: float,
+    pt: float,
+    chamber: ChamberParameters,
+    w: ChamberWork,
+    o: float,
+    o_next: float,
+) -> PortFlow:
+    """One port at pressure p between supply ps and tank pt, Pa, while its opening goes from o to
+    `o_next`.
+
+    o > 0 opens the port to the supply, o < 0 to the tank; the open edge is turbulent, both edges
+    leak laminarly.
+    """
+    leak_p, leak = w.leak_from_supply, w.leak_to_tank
+    if o + o_next > 0.0:
+        f, df = orifice(ps - p)
+        now = chamber.from_supply * (o if o > 0.0 else 0.0)
+        then = chamber.from_supply * (o_next if o_next > 0.0 else 0.0)
+        return PortFlow(
+            now * f + leak_p * (ps - p),
+            leak * (pt - p),
+            now * df + leak_p,
+            leak,
+            (then - now) * f,
+            0.0,
+        )
+    if o + o_next < 0.0:
+        f, df = orifice(pt - p)
+        now = chamber.to_tank * (-o if o < 0.0 else 0.0)
+        then = chamber.to_tank * (-o_next if o_next < 0.0 else 0.0)
+        return PortFlow(
+            leak_p * (ps - p),
+            now * f + leak * (pt - p),
+            leak_p,
+            now * df + leak,
+            0.0,
+            (then - now) * f,
+        )
+    return PortFlow(leak_p * (ps - p), leak * (pt - p), leak_p, leak, 0.0, 0.0)

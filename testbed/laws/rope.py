@@ -23,9 +23,8 @@ start's tensions are as told.
 
 from __future__ import annotations
 
-from typing import Any
-
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 
 XYZ = ("x", "y", "z")
@@ -95,7 +94,7 @@ def sagging_tension(
         tension -= step
         if step < 1e-10 * tension:
             break
-    return float(tension)
+    return tension
 
 
 @njit
@@ -123,7 +122,7 @@ def unstrained_sagging(
 
 
 @njit
-def slip_through(rope: Any, hold_n: float) -> float:
+def slip_through(rope: Rope, hold_n: float) -> float:
     """Let a rope's tension fall to what its clamps hold, N, by paying out; returns the length that
     slipped, m.
     """
@@ -135,14 +134,14 @@ def slip_through(rope: Any, hold_n: float) -> float:
         rope.force[index] *= share
     rope.tension = hold_n
     rope.unstrained += slipped
-    return float(slipped)
+    return slipped
 
 
 @njit
-def rope_pull(rope: Any, attachment: Any, velocity: Any) -> float:
+def rope_pull(rope: Rope, attachment: Array, velocity: Array) -> float:
     """Force of a rope on the body in the world frame into rope.force, N; returns the tension, N.
 
-    rope: Rope; attachment (3): world position, m; velocity (3): of the attachment, m/s. The damper
+    attachment (3): world position, m; velocity (3): of the attachment, m/s. The damper
     acts on what the ends' distance grows by beyond the length paid out; of a sagging rope by the
     share of it that stretches the rope.
     """
@@ -162,4 +161,4 @@ def rope_pull(rope: Any, attachment: Any, velocity: Any) -> float:
             tension = max(tension + share * rope.damping * rate, 0.0)
     scale = tension / length
     rope.force[0], rope.force[1], rope.force[2] = scale * dx, scale * dy, scale * dz
-    return float(tension)
+    return tension

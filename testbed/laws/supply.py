@@ -18,10 +18,9 @@ band.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from testbed.compiled import njit_law
-from testbed.formats.records import Record, part, quantity
+from testbed.formats.records import Record, Records, part, quantity
 from testbed.laws.chamber import GAMMA
 from testbed.laws.oil import VAPOUR_PA, OilParameters, enthalpy, specific_volume
 
@@ -123,7 +122,7 @@ def accumulator(p_pa: float, volume_m3: float, precharge_pa: float) -> tuple[flo
 
 
 @njit_law
-def supply_oil_slope(p_pa: float, unit: Any) -> tuple[float, float]:
+def supply_oil_slope(p_pa: float, unit: PowerUnit) -> tuple[float, float]:
     """Standard volume of oil in line and accumulator at the absolute pressure p, m3, and its slope
     by p.
     """
@@ -134,16 +133,14 @@ def supply_oil_slope(p_pa: float, unit: Any) -> tuple[float, float]:
 
 
 @njit_law
-def supply_oil(p_pa: float, unit: Any) -> float:
-    """Standard volume of oil in line and accumulator at the absolute pressure p, m3; unit:
-    PowerUnit.
-    """
+def supply_oil(p_pa: float, unit: PowerUnit) -> float:
+    """Standard volume of oil in line and accumulator at the absolute pressure p, m3."""
     oil, _ = supply_oil_slope(p_pa, unit)
-    return float(oil)
+    return oil
 
 
 @njit_law
-def supply_pressure(oil: float, guess_pa: float, unit: Any) -> tuple[float, float]:
+def supply_pressure(oil: float, guess_pa: float, unit: PowerUnit) -> tuple[float, float]:
     """Absolute pressure (Pa) of the line that holds `oil`, and its slope by oil (Pa/m3); vapour
     pressure if empty.
     """
@@ -168,18 +165,18 @@ def supply_pressure(oil: float, guess_pa: float, unit: Any) -> tuple[float, floa
 
 
 @njit_law
-def pump(stroke: float, rise_j_m3: float, unit: Any) -> float:
+def pump(stroke: float, rise_j_m3: float, unit: PowerUnit) -> float:
     """Flow of the pump, standard m3/s: its stroke's, or what the power allows at this rise of
     enthalpy.
     """
     flow = stroke * unit.pump_flow * unit.pump_on
     if flow * rise_j_m3 > unit.pump_power:
-        return float(unit.pump_power / rise_j_m3)
-    return float(flow)
+        return unit.pump_power / rise_j_m3
+    return flow
 
 
 @njit_law
-def demand_step(s: Any, unit: Any, load_pa: float, dt: float) -> None:
+def demand_step(s: SupplyState, unit: PowerUnit, load_pa: float, dt: float) -> None:
     """Advance the demand by dt; load_pa: highest pressure behind an open port, absolute, 0 where
     none is open.
     """
@@ -196,14 +193,14 @@ def demand_step(s: Any, unit: Any, load_pa: float, dt: float) -> None:
 
 
 @njit_law
-def wanted_stroke(p_pa: float, demand_pa: float, unit: Any) -> float:
+def wanted_stroke(p_pa: float, demand_pa: float, unit: PowerUnit) -> float:
     """What the compensator asks for, 0..1."""
     wanted = (demand_pa - p_pa) / unit.compensator_band
-    return float(0.0 if wanted < 0.0 else (1.0 if wanted > 1.0 else wanted))
+    return 0.0 if wanted < 0.0 else (1.0 if wanted > 1.0 else wanted)
 
 
 @njit_law
-def relief(p_pa: float, unit: Any) -> tuple[float, float]:
+def relief(p_pa: float, unit: PowerUnit) -> tuple[float, float]:
     """Flow to the tank through relief valve and case leakage (negative: made up from the tank),
     m3/s, and its slope.
     """
@@ -218,14 +215,14 @@ def relief(p_pa: float, unit: Any) -> tuple[float, float]:
 
 
 @njit_law
-def traction(p_pa: float, s: Any, unit: Any) -> float:
+def traction(p_pa: float, s: SupplyState, unit: PowerUnit) -> float:
     """What the traction devices take, m3/s."""
     above = (p_pa - unit.tank_pressure) / TRACTION_BAND_PA
-    return float(s.traction_flow * (0.0 if above < 0.0 else (1.0 if above > 1.0 else above)))
+    return s.traction_flow * (0.0 if above < 0.0 else (1.0 if above > 1.0 else above))
 
 
 @njit_law
-def begin_supply(s: Any, unit: Any, works: Any) -> None:
+def begin_supply(s: SupplyState, unit: PowerUnit, works: Records[SupplyWork]) -> None:
     """Clear a call's totals; slope and enthalpy at its start."""
     w = works[0]
     w.pumped = w.work_done = w.relieved = w.pulled = w.drawn = 0.0
@@ -236,13 +233,12 @@ def begin_supply(s: Any, unit: Any, works: Any) -> None:
 
 @njit_law
 def supply_first(
-    s: Any, unit: Any, works: Any, drawn: float, rise: float, h: float
+    s: SupplyState, unit: PowerUnit, works: Records[SupplyWork], drawn: float, rise: float, h: float
 ) -> tuple[float, float]:
     """First stage of the unit: the rate q of the valves' supply pressure (Pa/s) and that pressure
     at the end (Pa).
 
-    `drawn` and `rise`: the axes draw drawn + rise q (chamber.first_stage); works: array of one
-    SupplyWork.
+    `drawn` and `rise`: the axes draw drawn + rise q (chamber.first_stage); works: (1).
     """
     w = works[0]
     gh = GAMMA * h
@@ -275,7 +271,13 @@ def supply_first(
 
 @njit_law
 def supply_second(
-    s: Any, unit: Any, works: Any, ahead_pa: float, drawn: float, rise: float, h: float
+    s: SupplyState,
+    unit: PowerUnit,
+    works: Records[SupplyWork],
+    ahead_pa: float,
+    drawn: float,
+    rise: float,
+    h: float,
 ) -> float:
     """Second stage: returns the second q; oil, pressure, stroke, droop and totals advance."""
     w = works[0]
@@ -321,12 +323,18 @@ def supply_second(
     s.loss += given * mean
     s.traction_work += hauled * mean
     s.relief_flow = relieved
-    return float(q)
+    return q
 
 
 @njit_law
 def end_supply(
-    s: Any, unit: Any, works: Any, returned: float, heat_j: float, loss_before: float, dt: float
+    s: SupplyState,
+    unit: PowerUnit,
+    works: Records[SupplyWork],
+    returned: float,
+    heat_j: float,
+    loss_before: float,
+    dt: float,
 ) -> None:
     """Book a call's totals: tank, pump work, losses, temperature, time."""
     w = works[0]

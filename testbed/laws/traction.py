@@ -17,8 +17,6 @@ strength. Oil: the piston's area while hauling, the annulus going back.
 
 from __future__ import annotations
 
-from typing import Any
-
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
 
@@ -65,44 +63,46 @@ class TractionState(Record):
 
 
 @njit
-def pull_share(tension_n: float, supply_gauge_pa: float, n: Any) -> float:
+def pull_share(tension_n: float, supply_gauge_pa: float, n: TractionParameters) -> float:
     """Share of the wanted hauling rate that the device can do against a tension."""
     strength = supply_gauge_pa * n.area
     strength = min(max(strength, 0.0), n.rating)
-    return float(min(1.0, max(0.0, (strength - tension_n) / (0.1 * strength + 1.0))))
+    return min(1.0, max(0.0, (strength - tension_n) / (0.1 * strength + 1.0)))
 
 
 @njit
-def goes_back_at_rest(s: Any, n: Any) -> bool:
+def goes_back_at_rest(s: TractionState, n: TractionParameters) -> bool:
     """Whether a device that holds the rope would go back if it were idle: one whose last whole
     stroke was the other way counts from the other end.
     """
     left = n.stroke - s.place if s.way < 0.0 else s.place
-    return bool(left < READY_SHARE * (n.stroke - RESERVE_M))
+    return left < READY_SHARE * (n.stroke - RESERVE_M)
 
 
 @njit
-def _owed_rate(s: Any, n: Any, dt: float) -> float:
+def _owed_rate(s: TractionState, n: TractionParameters, dt: float) -> float:
     """Rate that makes up for what is owed within a step, as far as the device is quick enough."""
     rate = s.owed / dt
-    return float(min(max(rate, -n.speed), n.speed))
+    return min(max(rate, -n.speed), n.speed)
 
 
 @njit
 def traction_step(
-    s: Any, n: Any, wanted_m_s: float, tension_n: float, supply_gauge_pa: float, dt: float
+    s: TractionState,
+    n: TractionParameters,
+    wanted_m_s: float,
+    tension_n: float,
+    supply_gauge_pa: float,
+    dt: float,
 ) -> float:
-    """One step of a device; returns the rate of the rope's paid-out length, m/s (- hauls in).
-
-    s: TractionState; n: TractionParameters.
-    """
-    share: float = pull_share(tension_n, supply_gauge_pa, n)
+    """One step of a device; returns the rate of the rope's paid-out length, m/s (- hauls in)."""
+    share = pull_share(tension_n, supply_gauge_pa, n)
     if n.stroke <= 0.0:
         return wanted_m_s * share if wanted_m_s < 0.0 else wanted_m_s
     s.owed = min(max(s.owed + wanted_m_s * dt, -OWED_MOST_M), OWED_MOST_M)
     s.clock += dt
     if s.mode == GRIPPED:
-        return float(_gripped(s, n, wanted_m_s, share, dt))
+        return _gripped(s, n, wanted_m_s, share, dt)
     if s.mode == RETURNING:
         goal = RESERVE_M if s.way < 0.0 else n.stroke - RESERVE_M
         step = n.return_speed * dt * min(1.0, max(supply_gauge_pa, 0.0) / 2.0e6)
@@ -117,11 +117,13 @@ def traction_step(
 
 
 @njit
-def _gripped(s: Any, n: Any, wanted_m_s: float, share: float, dt: float) -> float:
+def _gripped(
+    s: TractionState, n: TractionParameters, wanted_m_s: float, share: float, dt: float
+) -> float:
     """The moving clamp holds the rope: go, and begin to regrip at the stroke's end or when there is
     time for it.
     """
-    rate: float = _owed_rate(s, n, dt)
+    rate = _owed_rate(s, n, dt)
     if rate < 0.0:
         rate *= share
     if abs(wanted_m_s) > STILL_M_S:
@@ -141,10 +143,12 @@ def _gripped(s: Any, n: Any, wanted_m_s: float, share: float, dt: float) -> floa
 
 
 @njit
-def oil_taken(s: Any, n: Any, rate_m_s: float, place_before_m: float, dt: float) -> float:
+def oil_taken(
+    s: TractionState, n: TractionParameters, rate_m_s: float, place_before_m: float, dt: float
+) -> float:
     """Flow from the supply, m3/s: the piston's side while it hauls, the annulus while it goes
     back.
     """
     if s.mode == GRIPPED or n.stroke <= 0.0:
         return float(-rate_m_s * n.area) if rate_m_s < 0.0 else 0.0
-    return float(abs(s.place - place_before_m) / dt * n.annulus)
+    return abs(s.place - place_before_m) / dt * n.annulus

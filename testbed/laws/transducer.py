@@ -4,9 +4,8 @@ resonance.
 
 from __future__ import annotations
 
-from typing import Any
-
 from testbed.compiled import njit_law
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 from testbed.laws.second_order import lag_weights, second_order
 
@@ -39,11 +38,18 @@ def transducer_weights(
 
 
 @njit_law(forceinline=True)
-def sense_path(s: Any, p: Any, a: Any, b: Any, h: float, weights: Any) -> None:
+def sense_path(
+    s: TransducerState,
+    p: TransducerParameters,
+    a: Array,
+    b: Array,
+    h: float,
+    weights: tuple[float, float, float, float, float, float],
+) -> None:
     """Advance the transducers of one axis along the pressures a, b (n + 1, Pa) at the ends of n
     substeps of h.
 
-    s: TransducerState; p: TransducerParameters; weights: of `transducer_weights`.
+    weights: of `transducer_weights`.
     """
     yy, yr, ry, rr, old, rise = weights
     behind = 2.0 * p.pipe_damping / p.pipe_frequency

@@ -8,9 +8,9 @@ closed form, no step error.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from testbed.compiled import njit_law
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 from testbed.laws.second_order import second_order
 
@@ -127,11 +127,18 @@ def spool_weights(
 
 
 @njit_law(forceinline=True)
-def valve_path(s: Any, p: Any, command: float, h: float, weights: Any, out: Any) -> None:
+def valve_path(
+    s: ValveState,
+    p: ValveParameters,
+    command: float,
+    h: float,
+    weights: tuple[float, float, float, float, float, float, float],
+    out: Array,
+) -> None:
     """Openings at the ends of len(out) - 1 equal substeps of h into `out` (out[0]: now); the
     valve's state advances.
 
-    s: ValveState; p: ValveParameters; `command` is held; `weights` of `spool_weights`.
+    `command` is held; `weights` of `spool_weights`.
     """
     width, band, tau = p.hysteresis, p.dead_band, p.amplifier_lag
     spool, rate, amplifier, state = s.spool, s.spool_rate, s.amplifier, s.play

@@ -15,6 +15,7 @@ ROBOCLIMBER_NOMINAL_N = 10_000.0
 
 
 ROBOCLIMBER_KG = 4000.0
+"""Mass of ROBOCLIMBER, the unit of the scale of forces."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What columns and numbers of a run were called once: recordings of that time stay readable."""
+"""Former names of columns and numbers of a run: recordings that use them stay readable."""
 
 from __future__ import annotations
 

@@ -49,9 +49,9 @@ def page(
     """The page's text: of a run, what it comes to (see summary.json), the machine that it truly
     had, and its ground; `drawn`: gives its pictures, where they are drawn meanwhile.
     """
-    told = _shown(run, summary, machine, terrain)
-    contents = _contents(run, summary, told)
-    parts = drawn() if drawn is not None else list(draw(told).values())
+    shown = _shown(run, summary, machine, terrain)
+    contents = _contents(run, summary, shown)
+    parts = drawn() if drawn is not None else list(draw(shown).values())
     return render("run_report.html.j2", contents | {"parts": parts})
 
 
@@ -81,7 +81,7 @@ def _shown(
     return shown(series, summary, Robot.of(machine), terrain, _suspect(summary))
 
 
-def _contents(run: RecordedRun, summary: Mapping[str, Any], told: Shown | None) -> dict[str, Any]:
+def _contents(run: RecordedRun, summary: Mapping[str, Any], shown: Shown | None) -> dict[str, Any]:
     named = _suspect(summary)
     large = pictures(run.folder, "large") or pictures(run.folder, "small")
     return {
@@ -97,10 +97,10 @@ def _contents(run: RecordedRun, summary: Mapping[str, Any], told: Shown | None) 
         "picture_s": large[-1][0] if large else 0.0,
         "slope_deg": float(summary.get("slope_deg") or 0.0),
         "simulated_s": float(run.time_s[-1]) if len(run.time_s) else 0.0,
-        "animation": animation(told.motion, told.slope_deg, told.robot, told.ground)
-        if told is not None and told.motion is not None
+        "animation": animation(shown.motion, shown.slope_deg, shown.robot, shown.ground)
+        if shown is not None and shown.motion is not None
         else None,
-        "arrows": arrows(told.robot) if told is not None else "",
+        "arrows": arrows(shown.robot) if shown is not None else "",
         "legs": LEGS,
         "errors": _errors(summary),
         "glossary": words("machine", "estimate", "safety"),
@@ -111,16 +111,16 @@ def _contents(run: RecordedRun, summary: Mapping[str, Any], told: Shown | None) 
     }
 
 
-def draw(told: Shown | None, wanted: Container[int] = range(10**6)) -> dict[int, Drawn]:
+def draw(shown: Shown | None, wanted: Container[int] = range(10**6)) -> dict[int, Drawn]:
     """The pictures of a run by their number, those that are wanted."""
     import matplotlib
 
-    if told is None:
+    if shown is None:
         return {}
     with matplotlib.rc_context(cast(Any, RC)):
         return {
             number: Drawn(part.title, part.text, svg(part.figure(), f"f{number}"))
-            for number, part in enumerate(parts(told))
+            for number, part in enumerate(parts(shown))
             if number in wanted
         }
 

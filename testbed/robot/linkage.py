@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from testbed.compiled import njit
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import Record, Records, quantity
 from testbed.machine.frame_groups import RotationLinkage, SlideLinkage
 from testbed.machine.groups import SlideCylinder
 from testbed.machine.model import Axis, Machine
@@ -55,31 +55,31 @@ class Linkage(Record):
 
 
 @njit
-def length_of(position: float, linkage: Any) -> float:
+def length_of(position: float, linkage: Linkage) -> float:
     """L of a joint position (rad or m), m."""
     if linkage.kind == LEVER:
         product = linkage.anchor * linkage.lever * math.cos(linkage.neutral + position)
         return math.sqrt(linkage.anchor**2 + linkage.lever**2 - 2.0 * product)
     if linkage.kind == INCLINED:
-        return float(linkage.slope * math.sqrt((position + linkage.along) ** 2 + linkage.across**2))
-    return float(linkage.slope * position)
+        return linkage.slope * math.sqrt((position + linkage.along) ** 2 + linkage.across**2)
+    return linkage.slope * position
 
 
 @njit
-def arm_of(position: float, linkage: Any) -> float:
+def arm_of(position: float, linkage: Linkage) -> float:
     """DL/dq at a joint position (rad or m): m/rad, or 1."""
     if linkage.kind == LEVER:
         distance = length_of(position, linkage)
         across = linkage.anchor * linkage.lever * math.sin(linkage.neutral + position)
-        return float(across / distance)
+        return across / distance
     if linkage.kind == INCLINED:
         distance = math.sqrt((position + linkage.along) ** 2 + linkage.across**2)
-        return float(linkage.slope * (position + linkage.along) / distance)
-    return float(linkage.slope)
+        return linkage.slope * (position + linkage.along) / distance
+    return linkage.slope
 
 
 @njit
-def joint_of(extension: float, linkage: Any) -> float:
+def joint_of(extension: float, linkage: Linkage) -> float:
     """Joint position (rad or m) at an extension, m; nan where the pins cannot be that far apart."""
     length = extension + linkage.closed
     if linkage.kind == LEVER:
@@ -89,21 +89,23 @@ def joint_of(extension: float, linkage: Any) -> float:
     if linkage.kind == INCLINED:
         square = (length / linkage.slope) ** 2 - linkage.across**2
         return math.sqrt(square) - linkage.along if square >= 0.0 else math.nan
-    return float(length / linkage.slope)
+    return length / linkage.slope
 
 
 @njit
-def joint_to_cylinder(positions: Any, linkages: Any, extensions: Any, arms: Any) -> None:
-    """Fill `extensions` (n, m) and `arms` (n, m/rad or 1) from joint positions (n, rad and m) and
-    their `Linkage` records (n).
-    """
+def joint_to_cylinder(
+    positions: Array, linkages: Records[Linkage], extensions: Array, arms: Array
+) -> None:
+    """Fill `extensions` (n, m) and `arms` (n, m/rad or 1) from joint positions (n, rad and m)."""
     for index in range(positions.shape[0]):
         extensions[index] = length_of(positions[index], linkages[index]) - linkages[index].closed
         arms[index] = arm_of(positions[index], linkages[index])
 
 
 @njit
-def _joint_to_cylinder_rows(positions: Any, linkages: Any, extensions: Any, arms: Any) -> None:
+def _joint_to_cylinder_rows(
+    positions: Array, linkages: Records[Linkage], extensions: Array, arms: Array
+) -> None:
     for index in range(positions.shape[0]):
         joint_to_cylinder(positions[index], linkages, extensions[index], arms[index])
 

@@ -293,7 +293,7 @@ def quaternions_of(rotations: Array) -> Array:
 
 
 @njit
-def write_rotation(rpy: Any, out: Any) -> None:
+def write_rotation(rpy: Array, out: Array) -> None:
     """Fill `out` (3, 3) by the rotation body to world of roll, pitch, yaw (3), rad."""
     cr, cp, cy = cos(rpy[0]), cos(rpy[1]), cos(rpy[2])
     sr, sp, sy = sin(rpy[0]), sin(rpy[1]), sin(rpy[2])
@@ -303,7 +303,7 @@ def write_rotation(rpy: Any, out: Any) -> None:
 
 
 @njit
-def small_turn(relative: Any) -> tuple[float, float, float]:
+def small_turn(relative: Array) -> tuple[float, float, float]:
     """Small rotation, rad, about the x, y and z axes of the attitude from which `relative` (3, 3)
     leads to another.
 

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -85,7 +84,7 @@ class LegKinematics:
 
 @njit
 def joints_of_feet(
-    feet: Any, hips: Any, directions: Any, offsets: Any, retracted: Any, out: Any
+    feet: Array, hips: Array, directions: Array, offsets: Array, retracted: Array, out: Array
 ) -> None:
     """Fill `out` (12) by the joints, rad and m, that put the feet (4, 3) there; the rest as in
     LegKinematics.

@@ -11,13 +11,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
-from testbed.formats.records import SET, Record, quantity
+from testbed.formats.records import SET, Record, Records, quantity
 from testbed.machine.names import LEGS, SIDES
 from testbed.robot.loads.foot_forces import XYZ
 
@@ -90,8 +89,10 @@ class RopeBearings(Record):
 
 
 @njit
-def follow(directions: Any, distances: Any, feet: Any, stands: Any, bearings: Any) -> None:
-    """Bring `bearings`, a RopeBearings, up to date.
+def follow(
+    directions: Array, distances: Array, feet: Array, stands: Array, bearings: RopeBearings
+) -> None:
+    """Bring `bearings` up to date.
 
     directions (2, 3), distances (2), m: see SurveyedRopes. feet (4, 3), m: from the body's origin,
     in the frame of the survey; stands (4), 0 or 1: which of them stand. A foot whose place is
@@ -124,6 +125,8 @@ def follow(directions: Any, distances: Any, feet: Any, stands: Any, bearings: An
 
 
 @njit
-def _follow_first(directions: Any, distances: Any, feet: Any, stands: Any, bearings: Any) -> None:
+def _follow_first(
+    directions: Array, distances: Array, feet: Array, stands: Array, bearings: Records[RopeBearings]
+) -> None:
     """`follow` for an array of one: a single record costs a caller in Python memory."""
     follow(directions, distances, feet, stands, bearings[0])

@@ -167,6 +167,7 @@ robot needs.
 FIT_M = 3.0
 """Half the edge of the square to which the plane is fitted: what the robot's feet reach."""
 STEEPEST_DEG = 85.0
+"""Steepest mean slope of an elevation file, deg."""
 
 
 def slope_of(terrain: Terrain) -> float:

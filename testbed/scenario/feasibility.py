@@ -1,5 +1,5 @@
-"""What a scenario asks in vain: fields that another of its fields puts out of use, and what its
-machine cannot do (what it has, how far it moves, what it carries).
+"""Refuses what cannot have an effect or cannot be done: fields that another field of the scenario
+puts out of use, and demands beyond what the machine has, reaches or carries.
 
 A field that is given beside what puts it out of use would change nothing and is refused. A file's
 own fields are not, where only a change from outside (`--set ropes.enabled=false`) puts them out of

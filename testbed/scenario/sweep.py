@@ -119,24 +119,24 @@ class FromOutside:
         """A sweep's tree with these changes. Raises InputError for what is no assignment."""
         if not isinstance(tree, dict):
             return tree
-        told = dict(tree)
+        changed = dict(tree)
         for text in self.changes:
             put({}, text)
             path, _, value = text.partition("=")
-            common = told.get("set") or {}
-            told["set"] = {**common, path.strip(): parse_yaml(value, f"--set {path}")}
+            common = changed.get("set") or {}
+            changed["set"] = {**common, path.strip(): parse_yaml(value, f"--set {path}")}
         if self.seed is not None:
-            told["seeds"] = [self.seed]
+            changed["seeds"] = [self.seed]
         if self.duration_s is not None:
-            told["duration_s"] = self.duration_s
-        return told
+            changed["duration_s"] = self.duration_s
+        return changed
 
 
 NOTHING = FromOutside()
 
 
 def load_sweep(
-    path_or_name: str | Path, told: FromOutside = NOTHING
+    path_or_name: str | Path, changes: FromOutside = NOTHING
 ) -> tuple[Sweep, list[SweepRun]]:
     """Read a sweep file (or a shipped one by name) and all its runs; identical ones count once.
 
@@ -144,11 +144,11 @@ def load_sweep(
     of the runs.
     """
     path = sweep_path(path_or_name)
-    return _runs_of(told.put_into(read_yaml(path)), path)
+    return _runs_of(changes.put_into(read_yaml(path)), path)
 
 
 def sweep_of(
-    scenario: str, vary: list[str], told: FromOutside = NOTHING
+    scenario: str, vary: list[str], changes: FromOutside = NOTHING
 ) -> tuple[Sweep, list[SweepRun]]:
     """A sweep of a scenario from the command line: `path=a,b,c` is a grid, `path=low:high:samples`
     a Latin hypercube.
@@ -167,12 +167,12 @@ def sweep_of(
                 raise _not_varied(text, f"{latin['samples']} samples, as before")
             latin["ranges"][path.strip()] = [parse_yaml(low, "--vary"), parse_yaml(high, "--vary")]
         elif path.strip() == "seed":
-            if told.seed is not None:
+            if changes.seed is not None:
                 raise _not_varied(text, "seeds here or --seed, not both")
             tree["seeds"] = parse_yaml(f"[{values}]", "--vary seed")
         else:
             tree["grid"][path.strip()] = parse_yaml(f"[{values}]", f"--vary {path}")
-    return _runs_of(told.put_into(tree), Path("--vary"))
+    return _runs_of(changes.put_into(tree), Path("--vary"))
 
 
 def _not_varied(

@@ -1,4 +1,4 @@
-"""What a run is worth in numbers, from its recorded columns.
+"""The figures of a run, computed from its recorded columns.
 
 All arrays are (rows,) at the recording's rate. Estimates and expected loads are measured against
 `foot_load_<leg>`, the true force along the vertical joint's axis; contact against

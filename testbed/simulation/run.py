@@ -1,4 +1,4 @@
-"""Conducts one run from scenario to folder, with a progress bar and an ear for Ctrl-C."""
+"""One run from scenario to folder, with a progress bar, stopped by Ctrl-C."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,10 @@ from testbed.simulation.pictures import Album
 from testbed.simulation.recorder import RunRecorder, size_bytes, write_summary
 from testbed.simulation.runs import open_run
 from testbed.world.summary import surveyed
+
+if TYPE_CHECKING:
+    from testbed.world.simulation import Simulation
+
 
 # `recording.yaml` of a run of the whole robot: what each column is, and what the robot believes
 # about itself.
@@ -94,7 +98,7 @@ their ranges.
 """
 
 
-def truth_machine(scenario: Scenario, simulation: Any) -> dict[str, Any]:
+def truth_machine(scenario: Scenario, simulation: Simulation) -> dict[str, Any]:
     """Every drawn number, and what they make of the whole machine's weight."""
     world = simulation.machine
     masses = [world.hidden.cylinders[axis].mass_kg for axis in AXES]
@@ -111,7 +115,7 @@ def truth_machine(scenario: Scenario, simulation: Any) -> dict[str, Any]:
     }
 
 
-def zero_forces(simulation: Any) -> dict[str, Any]:
+def zero_forces(simulation: Simulation) -> dict[str, Any]:
     """What both sensors' zeros of each cylinder make together, N: one foot in the air shows no
     more.
     """
@@ -151,7 +155,7 @@ class RunFolder:
     Raises InputError where the disk has no room for the rows.
     """
 
-    def __init__(self, folder: Path, simulation: Any, pictures: bool = True) -> None:
+    def __init__(self, folder: Path, simulation: Simulation, pictures: bool = True) -> None:
         scenario = simulation.scenario
         self.folder = folder
         self._columns = list(simulation.data_columns), list(simulation.truth_columns)

@@ -1,5 +1,5 @@
-"""Detectors and estimators that ride along: fed every recorded row as it comes, followed by
-nobody.
+"""Detectors and estimators that ride along: they get every recorded row, and the run does not heed
+what they say.
 """
 
 from __future__ import annotations

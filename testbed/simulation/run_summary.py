@@ -1,5 +1,5 @@
-"""What a run comes to: `summary.json` from its recorded columns and from what only the world
-knows, and how near it came to tipping or sliding.
+"""The summary of a run (`summary.json`), from its recorded columns and from what only the world
+knows; with its smallest margins against tipping and sliding.
 
 Wrench and energy margin (robot/stability.py) are looked at twice a second at most. The standing
 feet, the ropes' pulls, the drill's reaction, masses and friction are the true ones; the ropes keep
@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,10 @@ from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.simulation.metrics import run_metrics
 from testbed.simulation.runs import same_rows
 from testbed.world.summary import world_summary
+
+if TYPE_CHECKING:
+    from testbed.world.simulation import Simulation
+
 
 # Compares a run's summary with what its scenario expects, and tells what the scenario hid from the
 # model.
@@ -113,7 +117,7 @@ TOUCHING_N = 20.0
 """A foot of ROBOCLIMBER with more normal force than this stands: it can carry more."""
 
 
-def stability_summary(simulation: Any, data: Columns, truth: Columns) -> dict[str, Any]:
+def stability_summary(simulation: Simulation, data: Columns, truth: Columns) -> dict[str, Any]:
     """Lowest wrench margin [N] and energy margin [J] of a Simulation's run and their times; empty
     where columns are missing.
     """
@@ -146,13 +150,13 @@ def _at(looks: NDArray[np.intp], series: Columns) -> Columns:
     return {name: series[name][looks] for name in series if name == "t" or name.startswith(HEADS)}
 
 
-def _put_on_kg(simulation: Any, t: float) -> float:
+def _put_on_kg(simulation: Simulation, t: float) -> float:
     """What events have put on the rod store by then, kg."""
     loads = (event for event in simulation.events if event["kind"] == "payload")
     return float(sum(event["mass_kg"] for event in loads if event["t"] <= t))
 
 
-def _friction(simulation: Any, t: float, feet_in_world: Array) -> Array:
+def _friction(simulation: Simulation, t: float, feet_in_world: Array) -> Array:
     """Friction under the feet (4) at these places (4, 3), m, as events have left it by then."""
     footing, ground = simulation.machine.footing, simulation.scenario.terrain.friction
     for event in simulation.events:
@@ -163,7 +167,7 @@ def _friction(simulation: Any, t: float, feet_in_world: Array) -> Array:
 
 
 def _margins(
-    simulation: Any,
+    simulation: Simulation,
     data: Columns,
     truth: Columns,
     row: int,
@@ -250,13 +254,13 @@ def _hung(figures: Mapping[str, Any]) -> bool:
     )
 
 
-def loss_rule(simulation: Any) -> LossRule:
+def loss_rule(simulation: Simulation) -> LossRule:
     """What the scenario calls a loss of contact, on the machine that is believed."""
     told = simulation.scenario.estimator
     return LossRule(nominal_load_n(simulation.machines.belief), told.loss_share, told.loss_s)
 
 
-def told_by_world(simulation: Any) -> dict[str, Any]:
+def told_by_world(simulation: Simulation) -> dict[str, Any]:
     """What a Simulation's summary holds of the slope, the world and the events, which no recorded
     column is read for.
     """
@@ -269,7 +273,7 @@ def told_by_world(simulation: Any) -> dict[str, Any]:
 
 
 def summary_of_run(
-    simulation: Any, data: Columns, truth: Columns, ending: Ending
+    simulation: Simulation, data: Columns, truth: Columns, ending: Ending
 ) -> dict[str, Any]:
     """The summary of a Simulation as far as it came; `data` and `truth` are its recorded columns,
     (n,) each.

@@ -1,5 +1,5 @@
-"""A run in the browser while it happens: a server on this machine alone, whose page may hold it up
-and meddle with it.
+"""The live page of a run: a server for this machine alone, whose page shows the run, pauses it, and
+makes events happen.
 
 Orders are events of a scenario's kinds, so a run that was meddled with says in its summary what
 happened when.

@@ -97,13 +97,13 @@ def _of_foot(folder: Path, force: str | None, reference: str | None) -> Recorded
     column = _column_of(folder, read.header, read.time_s)
     known, contact = read.header.known, read.contact
     against: dict[str, Array] = {}
-    told = reference
+    reference_name = reference
     if reference is not None:
-        against, told = {FOOT: column(reference, "--reference")}, reference
+        against, reference_name = {FOOT: column(reference, "--reference")}, reference
     elif contact is not None:
-        against, told = {FOOT: contact.astype(np.float64)}, "channel contact"
+        against, reference_name = {FOOT: contact.astype(np.float64)}, "channel contact"
     elif read.reference_n is not None:
-        against, told = {FOOT: read.reference_n}, "reference_force"
+        against, reference_name = {FOOT: read.reference_n}, "reference_force"
     return RecordedFeet(
         folder,
         read.time_s,
@@ -113,7 +113,7 @@ def _of_foot(folder: Path, force: str | None, reference: str | None) -> Recorded
         "declared",
         known.breakaway_n,
         against,
-        told,
+        reference_name,
     )
 
 
@@ -132,12 +132,14 @@ def _of_axis(
     else:
         load, breakaway, said = leg_force(read, model)
     against: dict[str, Array] = {}
-    told = reference
+    reference_name = reference
     if reference is not None:
         against = {FOOT: column(reference, "--reference")}
     elif read.reference_force_n is not None:
-        against, told = {FOOT: read.reference_force_n}, "reference_force"
-    return RecordedFeet(folder, read.time_s, {FOOT: load}, said, None, "", breakaway, against, told)
+        against, reference_name = {FOOT: read.reference_force_n}, "reference_force"
+    return RecordedFeet(
+        folder, read.time_s, {FOOT: load}, said, None, "", breakaway, against, reference_name
+    )
 
 
 def _of_robot(

@@ -119,11 +119,11 @@ def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
     scenario = _settings(run.folder)
     slope_deg = float((scenario.get("terrain") or {}).get("slope_deg") or 0.0)
     rows = len(run.time_s)
-    told = scenario.get("estimator") or {}
-    known = {k: v for k, v in (("share", "loss_share"), ("shortest_s", "loss_s")) if v in told}
+    estimator = scenario.get("estimator") or {}
+    known = {k: v for k, v in (("share", "loss_share"), ("shortest_s", "loss_s")) if v in estimator}
     rule = LossRule(
         nominal_load_n(run_machines(run.folder).belief),
-        **{name: told[value] for name, value in known.items()},
+        **{name: estimator[value] for name, value in known.items()},
     )
     return {
         "scenario": run.meta.get("scenario", run.folder.name),
@@ -165,12 +165,12 @@ class Drawers:
         self._copy = Copy(self._work)
         self._copy.begin(None)
 
-    def begin(self, folder: Path, told: dict[str, Any]) -> None:
+    def begin(self, folder: Path, by_world: dict[str, Any]) -> None:
         """Begin to draw all pictures of the run whose rows are in `folder`, of which the world
         tells so much (see `told_by_world`); it need not be summed up yet.
         """
         self.begun = True
-        self._copy.begin((folder, told))
+        self._copy.begin((folder, by_world))
 
     def drawn(self) -> list[Drawn]:
         """The pictures, in order. Raises what drawing raises."""
@@ -195,13 +195,13 @@ class Drawers:
             drawn |= other.results()[0]
         return drawn
 
-    def _share(self, folder: Path, told: dict[str, Any], wanted: SharedOut) -> dict[int, Drawn]:
+    def _share(self, folder: Path, by_world: dict[str, Any], wanted: SharedOut) -> dict[int, Drawn]:
         """Those of the pictures that nobody else has begun."""
         run = open_run(folder)
         nominal_n = nominal_load_n(self._machines.belief)
         found = residual_summary(run.data, methods(run.data), nominal_n)
-        told = told | {"residuals": found}
-        return pictures_of(run, told, self._machines.truth, self._scenario.terrain, wanted)
+        by_world = by_world | {"residuals": found}
+        return pictures_of(run, by_world, self._machines.truth, self._scenario.terrain, wanted)
 
 
 @contextmanager

@@ -24,7 +24,7 @@ from testbed.robot.rope_bearings import SurveyedRopes
 from testbed.scenario.machines import Machines
 from testbed.scenario.scenario import Scenario
 from testbed.world.believed_robot import BelievedRobot, believed_robot
-from testbed.world.drilling.drilling import Drilling, Told, drill_known, drilling_of
+from testbed.world.drilling.drilling import Drilling, DrillReporter, drill_known, drilling_of
 from testbed.world.engine import Engine
 from testbed.world.first_start import compile_apart
 from testbed.world.ground.footing import Footing, sinking
@@ -171,7 +171,7 @@ def assemble(
         engine.reset(start.position_m, start.rotation, start.joints)
         truth = Truth(site, ground, robot, hidden, seeds[0])
         boards = initial_boards(truth, belief, engine, start)
-        Told(drill).tell(boards, known)
+        DrillReporter(drill).report(boards, known)
         seen = replace(start, joints=boards["loops"]["reference"][0].copy())
         electronics = _electronics(scenario, believed, belief, seen, own)
     except BaseException:

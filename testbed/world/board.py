@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from testbed.control.valve_loop import PositionLoop
 from testbed.formats.records import Record, part, quantity
+from testbed.laws.axis_records import AxisInput, AxisParameters, AxisState
 from testbed.laws.drill import DrillLoads
-from testbed.laws.hydraulics import AxisInput, AxisParameters, AxisState
 from testbed.laws.rope import Rope
 from testbed.laws.supply import PowerUnit, SupplyState
 from testbed.laws.traction import TractionParameters, TractionState

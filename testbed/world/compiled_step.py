@@ -12,16 +12,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.control.valve_loop import valve_command
 from testbed.errors import SimulationFault
-from testbed.estimation.live.chain import step_chain
+from testbed.estimation.live.chain import ChainBelief, ChainState, step_chain
 from testbed.formats.arrays import Array
-from testbed.formats.records import Record, part
+from testbed.formats.records import Record, Records, part
+from testbed.machine.names import AXES
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.parts import TICK_HZ
 from testbed.world import plant, sensing
+from testbed.world.board import Board
+from testbed.world.sensing import Noise
 
 if TYPE_CHECKING:
     from testbed.scenario.parts import Rates
@@ -72,13 +76,17 @@ class RecordedRow(Record):
 
 @njit
 def between_steps(
-    due: int, boards: Any, estimator: Any, noises: Any, row: Any, recorded: Any
+    due: int,
+    boards: Records[Board],
+    estimator: tuple[Records[ChainBelief], Records[ChainState]],
+    noises: Records[Noise],
+    row: Records[DataRow],
+    recorded: NDArray[Any],
 ) -> None:
     """Do the parts named by the flags `due`, after the engine steps that the board's clock counts.
 
-    boards: array of one Board; estimator: arrays of one ChainBelief and one ChainState; noises:
-    Noise, taken in turn by the samples; row: array of one DataRow, the running one; recorded:
-    RecordedRow, filled from the board's clock.recorded on.
+    boards, estimator, row: arrays of one record each, `row` the running one; noises: taken in turn
+    by the samples; recorded: RecordedRow (n,), filled from the board's clock.recorded on.
     """
     board = boards[0]
     if due & (MOVE | PLACE):
@@ -101,10 +109,10 @@ def between_steps(
 
 
 @njit
-def control(row: Any, board: Any) -> None:
+def control(row: DataRow, board: Board) -> None:
     """Set points move on, and the valves get their commands."""
     dt = board.clock.control_step_s
-    for index in range(12):
+    for index in range(len(AXES)):
         loop = board.loops[index]
         loop.reference += loop.reference_rate * dt
         row.reference[index] = loop.reference

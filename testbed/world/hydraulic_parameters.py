@@ -7,7 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from testbed.laws.hydraulics import AxisParameters
+from testbed.laws.axis_records import AxisParameters
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.supply import PowerUnit
 from testbed.machine.groups import Oil

@@ -1,26 +1,29 @@
 """Everything between two engine steps that is not a rigid body, in one compiled call.
 
 Order: linkage -> ropes and traction -> hydraulics in substeps -> joint torques -> wrench on the
-body. `board` is always one Board (board.py).
+body.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.laws.coupling import centre_window
 from testbed.laws.drill import axial_force
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.rope import rope_pull, slip_through
 from testbed.laws.traction import oil_taken, traction_step
-from testbed.machine.names import GRAVITY_M_S2, JOINTS, LEGS, ROTATION, VERTICAL
+from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS, ROTATION, SIDES, VERTICAL
+from testbed.recording.rows import TruthRow
 from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads.foot_forces import foot_forces, turn_z
+from testbed.world.board import Board, BodyState, EngineState
 
 RADIAL = JOINTS.index("radial")
 NO_TURN = 1e-12
@@ -37,7 +40,7 @@ class Quaternion(NamedTuple):
 
 
 @njit
-def quaternion_of(values: Any) -> Quaternion:
+def quaternion_of(values: Array) -> Quaternion:
     """The quaternion of an array xyzw (4)."""
     return Quaternion(values[0], values[1], values[2], values[3])
 
@@ -55,7 +58,7 @@ def turned_back(q: Quaternion, turn: Quaternion) -> Quaternion:
 
 
 @njit
-def rotation_matrix(quaternion: Any, out: Any) -> None:
+def rotation_matrix(quaternion: Array, out: Array) -> None:
     """Body-to-world rotation (3, 3) of a quaternion xyzw."""
     x, y, z, w = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
     out[0, 0], out[0, 1], out[0, 2] = (
@@ -76,9 +79,9 @@ def rotation_matrix(quaternion: Any, out: Any) -> None:
 
 
 @njit
-def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> None:
-    """Update a BodyState from the pose of the base's principal axes (EngineState), which are turned
-    by `turn` (4, xyzw) against the body.
+def move_body(body: BodyState, engine: EngineState, turn: Array, dt: float, at_rest: bool) -> None:
+    """Update the body from the engine's pose of its principal axes, which are turned by `turn` (4,
+    xyzw) against the body.
 
     The engine moves a body with its new velocity during the whole step. The velocities therefore
     follow exactly from the difference of two poses.
@@ -104,7 +107,7 @@ def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> No
 
 
 @njit
-def follow_engine(board: Any, at_rest: bool, feet: bool) -> None:
+def follow_engine(board: Board, at_rest: bool, feet: bool) -> None:
     """Update the body's pose and motion from the engine after a step (or, at rest, before the first
     one), and with `feet` the forces on the feet.
     """
@@ -122,7 +125,7 @@ def follow_engine(board: Any, at_rest: bool, feet: bool) -> None:
         board.clock.step += 1
     if feet:
         joints = board.before
-        for i in range(12):
+        for i in range(len(AXES)):
             joints.acceleration[i] = (board.engine.joint_rate[i] - joints.rate[i]) / dt
             joints.torque[i] = board.given.joint_torque[i]
         foot_forces(
@@ -138,7 +141,7 @@ def follow_engine(board: Any, at_rest: bool, feet: bool) -> None:
 
 
 @njit
-def add_cross(r: Any, f: Any, out: Any) -> None:
+def add_cross(r: Array, f: Array, out: Array) -> None:
     """Out += r x f."""
     out[0] += r[1] * f[2] - r[2] * f[1]
     out[1] += r[2] * f[0] - r[0] * f[2]
@@ -146,13 +149,13 @@ def add_cross(r: Any, f: Any, out: Any) -> None:
 
 
 @njit
-def along_body_z(force: Any, rotation: Any) -> float:
+def along_body_z(force: Array, rotation: Array) -> float:
     """Part of a force (3), world frame, along the body's z axis, N: the vertical joints' axis."""
     return float(force[0] * rotation[0, 2] + force[1] * rotation[1, 2] + force[2] * rotation[2, 2])
 
 
 @njit
-def arm_of(board: Any, point: Any, arm: Any) -> None:
+def arm_of(board: Board, point: Array, arm: Array) -> None:
     """Way from the base's centre of mass to a point of the body frame (3), world frame, into `arm`
     (3).
     """
@@ -163,7 +166,7 @@ def arm_of(board: Any, point: Any, arm: Any) -> None:
 
 
 @njit
-def rope_step(board: Any, k: int) -> float:
+def rope_step(board: Board, k: int) -> float:
     """Rope k: haul and pull on the body. Adds to the given force and torque; returns oil taken,
     m3/s.
     """
@@ -193,11 +196,11 @@ def rope_step(board: Any, k: int) -> float:
     for i in range(3):
         board.given.force[i] += pull[i]
     add_cross(arm, pull, board.given.torque)
-    return float(oil_taken(device, board.traction, rope.rate, place, dt))
+    return oil_taken(device, board.traction, rope.rate, place, dt)
 
 
 @njit
-def drill_step(board: Any) -> None:
+def drill_step(board: Board) -> None:
     """The drill's reaction on the body: adds to the given force and torque, leaves its own
     wrench.
     """
@@ -222,7 +225,7 @@ def drill_step(board: Any) -> None:
 
 
 @njit
-def move_rods(board: Any) -> None:
+def move_rods(board: Board) -> None:
     """Extension, rate and loads of the twelve rods from the joints and the foot forces.
 
     The rods run through where the engine has them, in the middle of the hydraulics' step:
@@ -247,11 +250,11 @@ def move_rods(board: Any) -> None:
 
 
 @njit
-def push_foot(board: Any, leg: int) -> None:
+def push_foot(board: Board, leg: int) -> None:
     """Somebody's force on a foot's underside, as what it does to the leg's joints and to the body:
     adds to the given torques and force.
     """
-    numbers, push, first = board.legs[leg], board.foot_shove[leg], 3 * leg
+    numbers, push, first = board.legs[leg], board.foot_shove[leg], ROTATION[leg]
     turn, reach, down = (
         board.engine.joint[first],
         board.engine.joint[first + 1],
@@ -277,7 +280,7 @@ def push_foot(board: Any, leg: int) -> None:
 
 
 @njit
-def step_cylinders(board: Any) -> None:
+def step_cylinders(board: Board) -> None:
     """The hydraulics of all twelve cylinders and their supply, one step of the clock."""
     hydraulic_step(
         board.axes,
@@ -291,17 +294,17 @@ def step_cylinders(board: Any) -> None:
 
 
 @njit
-def plant_step(board: Any) -> None:
+def plant_step(board: Board) -> None:
     """From the engine's state to what the engine is given for the next step."""
     before, given = board.before, board.given
-    for i in range(12):
+    for i in range(len(AXES)):
         before.position[i], before.rate[i] = board.engine.joint[i], board.engine.joint_rate[i]
     move_rods(board)
     for i in range(3):
         given.force[i] = board.shove[i]
         given.torque[i] = 0.0
     taken = hauled = 0.0
-    for k in range(2):
+    for k in range(len(SIDES)):
         taken += rope_step(board, k)
         if board.ropes[k].wanted_rate < 0.0:
             hauled = max(hauled, board.ropes[k].tension)
@@ -309,16 +312,16 @@ def plant_step(board: Any) -> None:
     board.supply.traction_load = hauled / board.traction.area
     drill_step(board)
     step_cylinders(board)
-    for i in range(12):
+    for i in range(len(AXES)):
         given.joint_torque[i] = board.axes[i].force * board.arms[i]
-    for leg in range(4):
+    for leg in range(len(LEGS)):
         if board.foot_shove[leg].any():
             push_foot(board, leg)
 
 
 @njit
-def write_truth(row: Any, board: Any, t: float) -> None:
-    """Fill a TruthRow."""
+def write_truth(row: TruthRow, board: Board, t: float) -> None:
+    """Fill a row of truth at the time t, s."""
     rotation, body, centre = board.rotation, board.body, board.base_centre
     row.t = t
     pose = row.body_pose_in_world
@@ -328,7 +331,7 @@ def write_truth(row: Any, board: Any, t: float) -> None:
         )
     for i in range(4):
         pose[3 + i] = body.quaternion[i]
-    for leg in range(4):
+    for leg in range(len(LEGS)):
         f = board.foot_force[leg]
         for i in range(3):
             row.foot_force_in_world[leg, i] = f[i]
@@ -336,7 +339,7 @@ def write_truth(row: Any, board: Any, t: float) -> None:
         row.contact_normal[leg] = board.normal_force[leg]
     for i in range(6):
         row.drill_wrench_in_world[i] = board.drill_wrench[i]
-    for i in range(12):
+    for i in range(len(AXES)):
         axis = board.axes[i]
         row.friction[i] = axis.friction
         row.chamber_a[i] = axis.a.pressure - ATMOSPHERE_PA
@@ -346,7 +349,7 @@ def write_truth(row: Any, board: Any, t: float) -> None:
     row.pump_power = board.supply.pump_power
     row.hole_depth = board.drill.depth
     row.drill_string_mass = board.drill.string_mass + board.drill.mast_mass
-    for k in range(2):
+    for k in range(len(SIDES)):
         for i in range(3):
             row.rope_force_in_world[k, i] = board.ropes[k].force[i]
         row.traction_stroke[k] = board.devices[k].place

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import math
 import zlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.groups import NARROWEST_LOOP, Sensor
 from testbed.machine.model import Machine
-from testbed.machine.names import AXES, GRAVITY_M_S2, SIDES
-from testbed.recording.rows import XYZ
+from testbed.machine.names import AXES, GRAVITY_M_S2, ROTATION, SIDES
+from testbed.recording.rows import XYZ, DataRow
 from testbed.scenario.parts import Sensors
+
+if TYPE_CHECKING:
+    from testbed.world.board import Board
+
 
 CHAMBERS = ("a", "b")
 """Transducers stand in an array (2, 12): chamber by axis."""
@@ -197,7 +202,7 @@ def counted(value: float, count: float) -> float:
 
 
 @njit
-def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Any) -> float:
+def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Transducer) -> float:
     """One reading of the Transducer s, Pa gauge, from the true gauge pressure."""
     s.shown = min(max(s.shown, true_pa - s.hysteresis), true_pa + s.hysteresis)
     gain = s.gain + s.thermal_gain * warm_k
@@ -208,20 +213,20 @@ def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Any) -> 
         share = s.shown / s.range
         value += 4.0 * s.bow * share * (1.0 - share)
     value = counted(value, s.resolution)
-    return float(min(max(value, 0.0), s.range))
+    return min(max(value, 0.0), s.range)
 
 
 @njit
-def sense(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
-    """Fill the sensors' part of a DataRow from the Board, and the board's gravity_in_body as the
-    inertial unit has it.
+def sense(row: DataRow, board: Board, noise: Noise, t: float, sample: int) -> None:
+    """Fill the sensors' part of the row, and the board's gravity_in_body as the inertial unit has
+    it.
 
-    noise: this sample's Noise; sample: how many samples were taken before, for transducers that are
+    noise: of this sample; sample: how many samples were taken before, for transducers that are
     late.
     """
     row.t = t
-    for index in range(12):
-        count = board.sensors.count_rad if index % 3 == 0 else board.sensors.count_m
+    for index in range(len(AXES)):
+        count = board.sensors.count_rad if index in ROTATION else board.sensors.count_m
         place = board.engine.joint[index]
         if board.sensors.play[index] > 0.0:
             followed = max(board.sensors.followed[index], place - board.sensors.play[index])
@@ -234,7 +239,7 @@ def sense(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
         supply.pressure + supply.droop - ATMOSPHERE_PA + other.supply_noise * noise.supply_pressure
     )
     row.oil_temperature = counted(supply.temperature, other.temperature_step)
-    for k in range(2):
+    for k in range(len(SIDES)):
         pull = other.rope_gain[k] * board.ropes[k].tension + other.rope_zero[k]
         pull += other.rope_noise * noise.rope_tension[k]
         row.rope_tension[k] = max(pull, 0.0)
@@ -242,11 +247,11 @@ def sense(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
 
 
 @njit
-def sense_pressures(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
-    """The transducers' readings into a DataRow."""
+def sense_pressures(row: DataRow, board: Board, noise: Noise, t: float, sample: int) -> None:
+    """The transducers' readings into the row."""
     warm = board.supply.temperature - board.sensors.calibrated_at
     slot = sample % DELAY_LENGTH
-    for index in range(12):
+    for index in range(len(AXES)):
         shown = board.axes[index].transducers
         a, b = board.transducers[0, index], board.transducers[1, index]
         a.late[slot], b.late[slot] = shown.a - ATMOSPHERE_PA, shown.b - ATMOSPHERE_PA
@@ -257,9 +262,9 @@ def sense_pressures(row: Any, board: Any, noise: Any, t: float, sample: int) -> 
 
 
 @njit
-def sense_motion(row: Any, board: Any, noise: Any) -> None:
-    """The inertial unit, which sits at the body's origin, into a DataRow; gravity as it has it into
-    the Board.
+def sense_motion(row: DataRow, board: Board, noise: Noise) -> None:
+    """The inertial unit, which sits at the body's origin, into the row; gravity as it has it into
+    the board.
     """
     other, rotation, com = board.sensors, board.rotation, board.base_centre
     a = other.attitude_noise
@@ -297,7 +302,7 @@ def sense_motion(row: Any, board: Any, noise: Any) -> None:
 
 
 @njit
-def turn_into_unit(vector: Any, roll: float, pitch: float) -> None:
+def turn_into_unit(vector: Array, roll: float, pitch: float) -> None:
     """A vector (3) of the body frame, in place, as an inertial unit has it that is mounted
     Ry(pitch) Rx(roll).
     """

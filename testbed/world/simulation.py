@@ -48,7 +48,7 @@ from testbed.world.compiled_step import (
     check_rows,
     schedule_of,
 )
-from testbed.world.drilling.drilling import DrillHold, Told, drill_known
+from testbed.world.drilling.drilling import DrillHold, DrillReporter, drill_known
 from testbed.world.saved import State, restore, save
 from testbed.world.scheduled_events import ScheduledEvents
 from testbed.world.verdict import LOOK_TICKS
@@ -85,7 +85,7 @@ class Simulation:
         self._last = self._schedule.last
         self._row = DataRow.zeros()
         self._noise = sensing.Noise.zeros(SAMPLES)
-        self._hold, self._told = DrillHold(), Told(self.machine.drill)
+        self._hold, self._reporter = DrillHold(), DrillReporter(self.machine.drill)
         self._chain = chain_in(self.machine.gait)
         m = self.machine
         self._scheduled = ScheduledEvents(m, self._row, scenario.events)
@@ -233,7 +233,7 @@ class Simulation:
         for news in self._drill(t):
             self.events.append({"t": t, **news})
         m.limit_thrust()
-        self._told.tell(m.boards, self._row[0])
+        self._reporter.report(m.boards, self._row[0])
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0

@@ -177,7 +177,7 @@ def straight_shares(directions: Array) -> Array:
     return np.asarray(np.maximum(shares / shares.max(), TAUT_SHARE))
 
 
-def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array, q: Array) -> None:
+def _reach_down(engine: Engine, position: Array, rotation: Array, q: Array) -> None:
     """Lengthen the vertical joints `q` (12), in place, until each foot just touches its ground
     (which may be uneven).
 
@@ -247,7 +247,7 @@ def _put_down(
         if ground.flat:
             gaps = height + feet[:, 2]
         else:
-            _reach_down(ground, engine, position, rotation, reached)
+            _reach_down(engine, position, rotation, reached)
             gaps = (reached - joints)[list(VERTICAL)]
         shift = float(gaps.max() + gaps.min()) / 2.0
         reached = joints.copy()

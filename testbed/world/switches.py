@@ -18,6 +18,7 @@ from testbed.scenario.parts import HYDRAULIC_PARTS
 QUICK_RAD_S = 2.0 * math.pi * 1.0e5
 """A second-order part this quick answers within any step."""
 QUICK_S = 1.0e-9
+"""A lag this short is none."""
 
 _COULOMB = {
     "seal.outward.coulomb": SMALLEST_N,

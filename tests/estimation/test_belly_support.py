@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shipped import shipped_model
 
-from testbed.estimation.live import fusion as fu
+from testbed.estimation.live import unknowns
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import EstimatorChain
@@ -79,7 +79,9 @@ def lowered(
 
 
 def zeros_n(chain: EstimatorChain) -> np.ndarray:
-    return np.array(chain.state["body"]["fusion"]["x"][0, fu.ZERO : fu.ZERO + 12][VERTICAL])
+    return np.array(
+        chain.state["body"]["fusion"]["x"][0, unknowns.ZERO : unknowns.ZERO + 12][VERTICAL]
+    )
 
 
 def test_feet_that_carry_a_fifth_while_the_belly_lies_teach_no_zeros() -> None:
@@ -88,7 +90,7 @@ def test_feet_that_carry_a_fifth_while_the_belly_lies_teach_no_zeros() -> None:
     assert not zeros_n(chain).any() and not chain.state["body"]["fusion"]["blamed"].any()
     assert (row["estimate"]["own"][0] < 0.4 * 1.0e4).all()  # and no load is invented
     blind, _ = lowered([(0.2, 2000)], belly=0.0)
-    assert blind.state["body"]["fusion"]["x"][0, fu.MASS] < -1000.0  # that the belly bears
+    assert blind.state["body"]["fusion"]["x"][0, unknowns.MASS] < -1000.0  # that the belly bears
 
 
 def test_once_the_feet_carry_the_balance_counts_again() -> None:

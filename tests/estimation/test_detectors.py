@@ -16,15 +16,8 @@ from testbed.estimation.detectors.base import Hold, scaled, scores_over
 from testbed.estimation.detectors.classical import Cusum, Glr, Momentum
 from testbed.estimation.detectors.combined import Combined, Held, Steady
 from testbed.estimation.detectors.foot_history import BREAK_AWAY
-from testbed.estimation.detectors.learned import (
-    VIEW,
-    FootMemory,
-    Learned,
-    Patient,
-    ViewNumbers,
-    shipped_network,
-    views_over,
-)
+from testbed.estimation.detectors.foot_view import VIEW, FootMemory, ViewNumbers, views_over
+from testbed.estimation.detectors.learned import Learned, Patient, shipped_network
 from testbed.estimation.detectors.sample import OilState, Sample, Sampler, oil_travel
 from testbed.estimation.detectors.table import DETECTORS, LIVE, detector_of
 from testbed.estimation.live.believed import Believed

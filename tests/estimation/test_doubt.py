@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from shipped import shipped_model
 
-from testbed.estimation.live import doubt
-from testbed.estimation.live import fusion as fu
+from testbed.estimation.live import doubt, unknowns
 from testbed.estimation.live.axis import AxisState
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.body_records import BodyBelief
 from testbed.estimation.live.chain import EstimatorChain
+from testbed.estimation.live.fusion import Fusion
 from testbed.estimation.live.own_tuning import OwnTuning
 from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.machine.build import build_machine
@@ -59,14 +59,14 @@ def standing(tuning: OwnTuning, *shares: tuple[float, int]) -> tuple[np.ndarray,
 def test_the_cost_is_that_of_correlated_deviations_and_of_the_balances_error() -> None:
     """By NumPy, with the deviations of four pistons and three errors of the balance."""
     rng = np.random.default_rng(3)
-    fusion = fu.Fusion.zeros()
+    fusion = Fusion.zeros()
     deviation, error, alike = rng.normal(size=4), rng.normal(size=3), 0.4
     fusion["sizes"]["spread"], fusion["sizes"]["alike"] = 300.0, alike
     fusion["sizes"]["doubted_sd"] = 200.0
     for k, piston in enumerate(VERTICAL):
-        fusion["x"][0][fu.DEVIATION + piston] = 300.0 * deviation[k]
-    for k, equation in enumerate(doubt.DOUBTED):
-        fusion["x"][0][fu.BALANCE + equation] = 200.0 * error[k]
+        fusion["x"][0][unknowns.DEVIATION + piston] = 300.0 * deviation[k]
+    for k, equation in enumerate(unknowns.VERTICAL_EQUATIONS):
+        fusion["x"][0][unknowns.BALANCE + equation] = 200.0 * error[k]
     correlation = np.full((4, 4), alike) + (1.0 - alike) * np.eye(4)
     expected = deviation @ np.linalg.solve(correlation, deviation) + error @ error
     assert doubt.cost_of_balance(fusion[0]) == pytest.approx(expected)

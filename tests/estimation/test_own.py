@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from shipped import shipped_model
 
-from testbed.estimation.live import axis, body_records, faulty_sensor, whole_body, wrench
-from testbed.estimation.live import fusion as fu
+from testbed.estimation.live import axis, body_records, faulty_sensor, unknowns, whole_body, wrench
 from testbed.estimation.live.axis import AxisState
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import EstimatorChain
-from testbed.estimation.live.fusion import Constants
+from testbed.estimation.live.fusion import Fusion, observe, predict, start, stay_in_sets
 from testbed.estimation.live.own_tuning import OwnTuning
 from testbed.estimation.live.payload_aboard import free_payload
 from testbed.estimation.live.uncertainty import Uncertainty, constants
+from testbed.estimation.live.unknowns import Constants
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS, VERTICAL
 from testbed.recording.rows import DataRow, DrillKnown
@@ -150,18 +150,20 @@ def looked_at(lie_n: float = 0.0, payload: tuple[float, float, float] = NO_PAYLO
     """
     filter_ = started(zero_sd=100.0, spread=160.0, balance_sd=200.0, mass_sd=50.0)
     filter_["suspicion"]["memory"], filter_["suspicion"]["threshold"] = 1.0, 2.5
-    rows, variance = np.zeros((6, fu.N)), np.full(6, 300.0**2)
+    rows, variance = np.zeros((6, unknowns.COUNT)), np.full(6, 300.0**2)
     for leg, (x, y) in enumerate(((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))):
-        for part in (fu.ZERO, fu.DEVIATION):
+        for part in (unknowns.ZERO, unknowns.DEVIATION):
             rows[2:5, part + 3 * leg + 2] = 1.0, y, -x
     for k in range(6):
-        rows[k, fu.BALANCE + k] = 1.0
-    rows[2, fu.MASS], rows[3, fu.MOMENT + 1], rows[4, fu.MOMENT] = -9.8, -9.8, 9.8
+        rows[k, unknowns.BALANCE + k] = 1.0
+    rows[2, unknowns.MASS], rows[3, unknowns.MOMENT + 1], rows[4, unknowns.MOMENT] = -9.8, -9.8, 9.8
     mass, x, y = payload
-    weight = mass * (rows[:, fu.MASS] + x * rows[:, fu.MOMENT] + y * rows[:, fu.MOMENT + 1])
+    weight = mass * (
+        rows[:, unknowns.MASS] + x * rows[:, unknowns.MOMENT] + y * rows[:, unknowns.MOMENT + 1]
+    )
     for _ in range(300):
-        if not filter_["blamed"].any() and filter_["suspicion"]["known"][fu.MASS] <= 50.0:
-            missing = lie_n * rows[:, fu.ZERO + 2] + weight
+        if not filter_["blamed"].any() and filter_["suspicion"]["known"][unknowns.MASS] <= 50.0:
+            missing = lie_n * rows[:, unknowns.ZERO + 2] + weight
             faulty_sensor.take_balance(rows, missing, variance, REACH, filter_)
     return filter_
 
@@ -170,7 +172,7 @@ def test_a_sensor_that_the_balance_points_at_carries_the_blame_alone() -> None:
     lying, sound = looked_at(2500.0), looked_at(400.0)
     assert lying["blamed"][2] == pytest.approx(2500.0, rel=0.1)
     assert np.count_nonzero(lying["blamed"]) == 1
-    assert lying["p"][fu.ZERO + 2, fu.ZERO + 2] > 2000.0**2
+    assert lying["p"][unknowns.ZERO + 2, unknowns.ZERO + 2] > 2000.0**2
     assert not sound["blamed"].any()
 
 
@@ -187,54 +189,57 @@ def test_a_weight_between_the_feet_is_told_from_a_sensor_that_lies(
     """No sensor is blamed, and mass and first moment may be off by as much."""
     found = looked_at(payload=(600.0, *place))
     assert not found["blamed"].any()
-    assert found["p"][fu.MASS, fu.MASS] ** 0.5 == pytest.approx(600.0, rel=0.1)
-    assert found["p"][fu.MOMENT, fu.MOMENT] > 300.0**2
+    assert found["p"][unknowns.MASS, unknowns.MASS] ** 0.5 == pytest.approx(600.0, rel=0.1)
+    assert found["p"][unknowns.MOMENT, unknowns.MOMENT] > 300.0**2
     sound = looked_at(payload=(60.0, *place))
-    assert sound["p"][fu.MASS, fu.MASS] == pytest.approx(50.0**2)
+    assert sound["p"][unknowns.MASS, unknowns.MASS] == pytest.approx(50.0**2)
 
 
 def test_what_was_learnt_before_a_weight_was_seen_is_forgotten() -> None:
     filter_ = started(zero_sd=100.0, spread=160.0, balance_sd=200.0, mass_sd=50.0)
-    filter_["x"][fu.ZERO + 2], filter_["p"][fu.ZERO + 2, fu.ZERO + 2] = 300.0, 20.0**2
+    filter_["x"][unknowns.ZERO + 2], filter_["p"][unknowns.ZERO + 2, unknowns.ZERO + 2] = (
+        300.0,
+        20.0**2,
+    )
     free_payload(np.array([40.0, 600.0, 0.0, 0.0]), REACH, filter_)
-    assert filter_["x"][fu.ZERO + 2] == 0.0
-    assert filter_["p"][fu.ZERO + 2, fu.ZERO + 2] == pytest.approx(100.0**2)
+    assert filter_["x"][unknowns.ZERO + 2] == 0.0
+    assert filter_["p"][unknowns.ZERO + 2, unknowns.ZERO + 2] == pytest.approx(100.0**2)
 
 
 def started(zero_sd: float, spread: float, balance_sd: float, mass_sd: float = 0.0) -> np.void:
     """A filter that knows nothing beyond these sizes; first moments to 0.6 m of the mass's."""
-    filter_ = fu.Fusion.zeros()[0]
+    filter_ = Fusion.zeros()[0]
     sizes = filter_["sizes"]
     sizes["zero_sd"], sizes["spread"], sizes["balance_sd"] = zero_sd, spread, balance_sd
     sizes["keep"], sizes["balance_keep"], sizes["dt"] = 1.0, 1.0, 0.01
-    known = np.zeros(len(fu.CONSTANTS))
-    known[fu.MASS], known[fu.MOMENT : fu.MOMENT + 3] = mass_sd, 0.6 * mass_sd
-    fu.start(filter_, known)
+    known = np.zeros(len(unknowns.CONSTANTS))
+    known[unknowns.MASS], known[unknowns.MOMENT : unknowns.MOMENT + 3] = mass_sd, 0.6 * mass_sd
+    start(filter_, known)
     return filter_
 
 
 def test_a_foot_that_moves_both_ways_in_the_air_tells_the_zero_from_friction() -> None:
     """A zero of 150 N, and friction 30 N more than believed, against the motion."""
     filter_ = started(zero_sd=200.0, spread=50.0, balance_sd=200.0)
-    h, x, p = np.zeros(fu.N), filter_["x"], filter_["p"]
-    h[fu.ZERO + 2] = h[fu.DEVIATION + 2] = 1.0
+    h, x, p = np.zeros(unknowns.COUNT), filter_["x"], filter_["p"]
+    h[unknowns.ZERO + 2] = h[unknowns.DEVIATION + 2] = 1.0
     for _ in range(50):  # extending: friction 30 N more than believed; then retracting: 30 N less
-        fu.observe(filter_, h, 180.0, 400.0, 1e9, True)
+        observe(filter_, h, 180.0, 400.0, 1e9, True)
     # the piston has turned: what friction deviated by is forgotten, the zero stays
     filter_["sizes"]["keep"][2] = 0.0
-    fu.predict(filter_)
+    predict(filter_)
     for _ in range(50):
-        fu.observe(filter_, h, 120.0, 400.0, 1e9, True)
-    assert x[fu.ZERO + 2] == pytest.approx(150.0, abs=15.0)
-    assert np.sqrt(p[fu.ZERO + 2, fu.ZERO + 2]) < 45.0
+        observe(filter_, h, 120.0, 400.0, 1e9, True)
+    assert x[unknowns.ZERO + 2] == pytest.approx(150.0, abs=15.0)
+    assert np.sqrt(p[unknowns.ZERO + 2, unknowns.ZERO + 2]) < 45.0
 
 
 def test_one_observation_is_the_textbook_kalman_update() -> None:
     filter_ = started(zero_sd=3.0, spread=4.0, balance_sd=1.0)
-    h, x, p = np.zeros(fu.N), filter_["x"], filter_["p"]
-    zero, friction = fu.ZERO, fu.DEVIATION
+    h, x, p = np.zeros(unknowns.COUNT), filter_["x"], filter_["p"]
+    zero, friction = unknowns.ZERO, unknowns.DEVIATION
     h[zero] = h[friction] = 1.0  # variances 9 and 16, noise 25: gain 9 / 50 and 16 / 50
-    fu.observe(filter_, h, 10.0, 25.0, 1e9, True)
+    observe(filter_, h, 10.0, 25.0, 1e9, True)
     assert x[zero] == pytest.approx(1.8) and x[friction] == pytest.approx(3.2)
     assert p[zero, zero] == pytest.approx(9.0 - 81.0 / 50.0)
     assert p[zero, friction] == pytest.approx(-9.0 * 16.0 / 50.0)
@@ -248,38 +253,42 @@ def test_what_a_constant_makes_of_the_variance_is_what_the_gains_leave_of_it(
     less the gain goes to friction. Then friction forgets three quarters.
     """
     filter_ = started(zero_sd=3.0, spread=4.0, balance_sd=1.0)
-    h, fixed, places = np.zeros(fu.N), filter_["fixed"], [fu.ZERO, fu.DEVIATION]
+    h, fixed, places = (
+        np.zeros(unknowns.COUNT),
+        filter_["fixed"],
+        [unknowns.ZERO, unknowns.DEVIATION],
+    )
     h[places] = 1.0
-    fu.observe(filter_, h, 10.0, 25.0, 1e9, learns)
+    observe(filter_, h, 10.0, 25.0, 1e9, learns)
     np.testing.assert_allclose(fixed[np.ix_(places, places)], 9.0 * np.outer(left, left))
     filter_["sizes"]["keep"][0] = 0.25
-    fu.predict(filter_)
+    predict(filter_)
     faded = np.array([left[0], 0.25 * left[1]])
     np.testing.assert_allclose(fixed[np.ix_(places, places)], 9.0 * np.outer(faded, faded))
 
 
 def test_where_friction_and_the_balance_are_exact_the_constants_make_all_of_the_variance() -> None:
     filter_ = started(zero_sd=3.0, spread=0.0, balance_sd=0.0)
-    h = np.zeros(fu.N)
-    h[[fu.ZERO, fu.ZERO + 1, fu.DEVIATION]] = 1.0, -2.0, 1.0
+    h = np.zeros(unknowns.COUNT)
+    h[[unknowns.ZERO, unknowns.ZERO + 1, unknowns.DEVIATION]] = 1.0, -2.0, 1.0
     for _ in range(3):
-        fu.observe(filter_, h, 5.0, 1e-9, 1e9, True)
+        observe(filter_, h, 5.0, 1e-9, 1e9, True)
     np.testing.assert_allclose(filter_["fixed"], filter_["p"], atol=1e-6)
 
 
 def test_what_leaves_its_set_goes_to_a_zero_that_is_set_free_and_to_no_other_constant() -> None:
     filter_ = started(zero_sd=30.0, spread=40.0, balance_sd=1.0)
     filter_["blamed"][0] = 30.0
-    filter_["p"][fu.MASS, fu.MASS] = 100.0
+    filter_["p"][unknowns.MASS, unknowns.MASS] = 100.0
     filter_["sizes"]["low"], filter_["sizes"]["high"] = -10.0, 10.0
-    h, x = np.zeros(fu.N), filter_["x"]
-    h[fu.ZERO] = h[fu.DEVIATION] = h[fu.MASS] = 1.0
-    fu.observe(filter_, h, 50.0, 1e-3, 1e9, False)
-    fu.stay_in_sets(filter_)
-    assert x[fu.MASS] == 0.0
-    assert x[fu.DEVIATION] == pytest.approx(10.0)
+    h, x = np.zeros(unknowns.COUNT), filter_["x"]
+    h[unknowns.ZERO] = h[unknowns.DEVIATION] = h[unknowns.MASS] = 1.0
+    observe(filter_, h, 50.0, 1e-3, 1e9, False)
+    stay_in_sets(filter_)
+    assert x[unknowns.MASS] == 0.0
+    assert x[unknowns.DEVIATION] == pytest.approx(10.0)
     explained = 50.0 * 2500.0 / 2600.0  # the mass, of variance 100, may be the rest
-    assert x[fu.ZERO] + x[fu.DEVIATION] == pytest.approx(explained, abs=3.0)
+    assert x[unknowns.ZERO] + x[unknowns.DEVIATION] == pytest.approx(explained, abs=3.0)
 
 
 def test_rows_of_the_balance_are_what_a_wrong_belief_does_to_the_wrench() -> None:
@@ -295,25 +304,27 @@ def test_rows_of_the_balance_are_what_a_wrong_belief_does_to_the_wrench() -> Non
     state["means"]["specific_force"], state["means"]["rope_tension"] = -gravity, (9e3, 8e3)
     numbers = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, SurveyedRopes.leading(ropes))
     state["ropes"]["direction"] = ropes
-    rows, turning = np.zeros((6, fu.N)), np.zeros(3)
+    rows, turning = np.zeros((6, unknowns.COUNT)), np.zeros(3)
     right = whole_body.write_body_wrench(row[0], turning, numbers[0], state[0], rows)
 
     def off(**changes: object) -> np.ndarray:
-        other, again = numbers.copy(), np.zeros((6, fu.N))
+        other, again = numbers.copy(), np.zeros((6, unknowns.COUNT))
         for name, value in changes.items():
             other[name] = value
         return whole_body.write_body_wrench(row[0], turning, other[0], state[0], again) - right
 
     lighter = off(base_mass=numbers["base_mass"] - 10.0)  # at its centre
     centre = numbers["base_centre"][0]
-    moment = sum(10.0 * centre[k] * rows[:, fu.MOMENT + k] for k in range(3))
-    np.testing.assert_allclose(lighter, 10.0 * rows[:, fu.MASS] + moment, atol=1e-6)
+    moment = sum(10.0 * centre[k] * rows[:, unknowns.MOMENT + k] for k in range(3))
+    np.testing.assert_allclose(lighter, 10.0 * rows[:, unknowns.MASS] + moment, atol=1e-6)
     np.testing.assert_allclose(
-        off(unit_pitch=-1e-4), 1e-4 * rows[:, fu.UNIT + 1], rtol=0.02, atol=2e-3
+        off(unit_pitch=-1e-4), 1e-4 * rows[:, unknowns.UNIT + 1], rtol=0.02, atol=2e-3
     )
     lower = numbers["rope_point"].copy()
     lower[0, 1, 2] -= 0.01
-    np.testing.assert_allclose(off(rope_point=lower), 0.01 * rows[:, fu.ROPE_HEIGHT + 1], atol=1e-6)
+    np.testing.assert_allclose(
+        off(rope_point=lower), 0.01 * rows[:, unknowns.ROPE_HEIGHT + 1], atol=1e-6
+    )
 
 
 def test_the_workshops_tolerances_make_the_widths() -> None:

@@ -17,8 +17,9 @@ from test_belly_support import (
     pressure_a_pa,
 )
 
-from testbed.estimation.live import fusion as fu
+from testbed.estimation.live import unknowns
 from testbed.estimation.live.chain import EstimatorChain
+from testbed.estimation.live.fusion import Fusion, predict, start
 from testbed.recording.rows import DataRow
 
 SPREAD_N = 300.0
@@ -26,13 +27,18 @@ SPREAD_N = 300.0
 
 def spread_at(alike: list[float]) -> np.ndarray:
     """Covariance (12, 12) of deviations long after their start, under these correlations (4,)."""
-    fusion = fu.Fusion.zeros()[0]
+    fusion = Fusion.zeros()[0]
     fusion["sizes"]["spread"], fusion["sizes"]["keep"] = SPREAD_N, 0.9
     fusion["sizes"]["alike"], fusion["sizes"]["balance_keep"] = alike, 0.9
-    fu.start(fusion, np.zeros(len(fu.CONSTANTS)))
+    start(fusion, np.zeros(len(unknowns.CONSTANTS)))
     for _ in range(100):
-        fu.predict(fusion)
-    return np.array(fusion["p"][fu.DEVIATION : fu.DEVIATION + 12, fu.DEVIATION : fu.DEVIATION + 12])
+        predict(fusion)
+    return np.array(
+        fusion["p"][
+            unknowns.DEVIATION : unknowns.DEVIATION + 12,
+            unknowns.DEVIATION : unknowns.DEVIATION + 12,
+        ]
+    )
 
 
 def test_friction_of_pistons_long_at_rest_is_alike_at_the_feet_and_no_wider() -> None:
@@ -63,10 +69,10 @@ def sure_of_mass_kg(shake_m_s2: float) -> float:
         row["specific_force"][0, 2] += 0.5 * shake_m_s2 * (-1.0) ** (k // int(body["every"][0]))
         row["position"][:, VERTICAL] += 1e-3 * SPEED_M_S
         chain.step(row)
-    return float(np.sqrt(chain.state["body"]["fusion"]["p"][0, fu.MASS, fu.MASS]))
+    return float(np.sqrt(chain.state["body"]["fusion"]["p"][0, unknowns.MASS, unknowns.MASS]))
 
 
 def test_a_body_that_goes_unsteadily_teaches_less() -> None:
-    before = float(bodies()["known"][0, fu.MASS])
+    before = float(bodies()["known"][0, unknowns.MASS])
     steady, little, much = (before - sure_of_mass_kg(shake) for shake in (0.0, 1.0, 10.0))
     assert 0.0 < much < 0.5 * steady and much < little < steady

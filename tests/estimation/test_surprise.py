@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from test_doubt import HEAVIER, standing
 
-from testbed.estimation.live import fusion as fu
-from testbed.estimation.live import surprise
-from testbed.estimation.live.doubt import DOUBTED
+from testbed.estimation.live import surprise, unknowns
+from testbed.estimation.live.fusion import Fusion, start
 from testbed.estimation.live.own_tuning import OwnTuning
+from testbed.estimation.live.unknowns import VERTICAL_EQUATIONS
 from testbed.machine.names import VERTICAL
 
 ALL = (
-    *range(len(fu.CONSTANTS)),
-    *(fu.DEVIATION + cylinder for cylinder in VERTICAL),
-    *(fu.BALANCE + equation for equation in DOUBTED),
+    *range(len(unknowns.CONSTANTS)),
+    *(unknowns.DEVIATION + cylinder for cylinder in VERTICAL),
+    *(unknowns.BALANCE + equation for equation in VERTICAL_EQUATIONS),
 )
 """Unknowns that surprise is reckoned from."""
 WORTH = 2.0
@@ -23,11 +23,11 @@ WORTH = 2.0
 
 def believed(sd: float = 3.0) -> np.void:
     """A filter in which everything is known to `sd` beforehand, and nothing has been found."""
-    filter_ = fu.Fusion.zeros()[0]
+    filter_ = Fusion.zeros()[0]
     sizes = filter_["sizes"]
     sizes["zero_sd"] = sizes["spread"] = sizes["doubted_sd"] = sizes["balance_sd"] = sd
     sizes["dt"] = 0.005
-    fu.start(filter_, np.full(len(fu.CONSTANTS), sd))
+    start(filter_, np.full(len(unknowns.CONSTANTS), sd))
     return filter_
 
 
@@ -83,7 +83,7 @@ def test_what_the_machine_knows_beforehand_cannot_surprise() -> None:
 
 def test_a_zero_that_is_set_free_is_explained() -> None:
     filter_ = believed()
-    filter_["x"][fu.ZERO + 2], filter_["p"][fu.ZERO + 2, fu.ZERO + 2] = 90.0, 0.1
+    filter_["x"][unknowns.ZERO + 2], filter_["p"][unknowns.ZERO + 2, unknowns.ZERO + 2] = 90.0, 0.1
     assert followed(filter_).level > 100.0
     filter_["blamed"][2] = 90.0
     assert followed(filter_).level == surprise.NONE
@@ -92,7 +92,7 @@ def test_a_zero_that_is_set_free_is_explained() -> None:
 def test_what_the_moment_shows_is_a_mean_over_the_memory() -> None:
     """One balance that errs by ten standard deviations among a hundred that do not."""
     calm, upset = believed(), believed()
-    upset["x"][fu.BALANCE + DOUBTED[0]] = 30.0
+    upset["x"][unknowns.BALANCE + VERTICAL_EQUATIONS[0]] = 30.0
     numbers = surprise.SurpriseNumbers.one(worth=WORTH, memory=8.0)[0]
     state = surprise.SurpriseState.zeros()[0]
     for filter_ in (*[calm] * 99, upset):

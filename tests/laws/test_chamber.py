@@ -8,17 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.laws.chamber import begin, inverses, port, settle
-from testbed.laws.hydraulics import (
+from testbed.laws.axis_records import (
     AxisInput,
     AxisParameters,
     AxisState,
     AxisWork,
     ChamberParameters,
     ChamberWork,
-    hydraulic_step,
 )
+from testbed.laws.chamber import begin, inverses, settle
+from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA, gas_volume, specific_volume
+from testbed.laws.orifice import port
 from testbed.laws.supply import PowerUnit, SupplyState
 
 BULK, AIR = 1.4e9, 0.005

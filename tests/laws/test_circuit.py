@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.laws.chamber import port
+from testbed.laws.axis_records import AxisInput, AxisState, ChamberParameters, ChamberWork
 from testbed.laws.holding import (
     COUNTERBALANCE,
     COUNTERBALANCE_BAND_PA,
@@ -15,17 +15,10 @@ from testbed.laws.holding import (
     PILOT_CHECK,
     held_port,
 )
-from testbed.laws.hydraulics import (
-    AxisInput,
-    AxisState,
-    ChamberParameters,
-    ChamberWork,
-    hydraulic_step,
-    sensed_load,
-)
+from testbed.laws.hydraulics import hydraulic_step, sensed_load
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.laws.orifice import PortFlow
+from testbed.laws.orifice import PortFlow, port
 from testbed.laws.supply import (
     LOAD_SENSING,
     UNLOADING,

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from shipped import MACHINE
 
 from testbed.benchmarks.paper.figure_08 import steady_friction
+from testbed.laws.axis_records import AxisInput
 from testbed.laws.end_stops import (
     EndParameters,
     ExtraForces,
@@ -32,7 +33,6 @@ from testbed.laws.friction import (
     relax,
     stribeck_level,
 )
-from testbed.laws.hydraulics import AxisInput
 
 K, D = 3e7, 1e4
 

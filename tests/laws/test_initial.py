@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from testbed.laws.axis_records import AxisInput
 from testbed.laws.friction import friction_step
-from testbed.laws.hydraulics import AxisInput
 from testbed.laws.initial import UNLOADED_PA, settled_pa, start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.build import build_machine

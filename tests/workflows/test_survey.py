@@ -13,8 +13,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from testbed.errors import InputError
-from testbed.estimation.live.fusion import CONSTANTS
 from testbed.estimation.live.joined import replay_rows
+from testbed.estimation.live.unknowns import CONSTANTS
 from testbed.formats.yaml_files import read_mapping, write_yaml
 from testbed.machine.build import build_machine
 from testbed.machine.names import JOINTS, LEGS, SIDES

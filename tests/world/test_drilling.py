@@ -22,7 +22,7 @@ from testbed.scenario.drilling import DrillHole, Rock
 from testbed.world import plant
 from testbed.world.board import Board
 from testbed.world.drilling.cycle import DrillCycle
-from testbed.world.drilling.drilling import Loads, Told, drill_known
+from testbed.world.drilling.drilling import DrillReporter, Loads, drill_known
 from testbed.world.drilling.strata import VOID, Strata, sticking_places, strata_of
 
 DT = 0.01
@@ -359,10 +359,10 @@ def test_what_a_drill_works_out_has_the_names_of_what_the_world_reads() -> None:
 def test_the_board_and_the_row_are_told_whatever_changes() -> None:
     cycle = DrillCycle(hole(), 1, build_machine())
     boards, rows = Board.zeros(), DataRow.zeros()
-    told = Told(cycle)
+    reporter = DrillReporter(cycle)
     for k in range(1500):
         cycle.update(k * DT, DT)
-        told.tell(boards, rows[0])
+        reporter.report(boards, rows[0])
         assert all(boards["drill"][name] == value for name, value in vars(cycle.loads).items())
         assert rows[0].ordered_thrust == cycle.ordered.thrust
         assert rows[0].ordered_torque == -cycle.ordered.torque

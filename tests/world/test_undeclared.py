@@ -12,7 +12,7 @@ import pytest
 from testbed.effects import ALL, by_name
 from testbed.effects.terms import Hidden
 from testbed.errors import InputError
-from testbed.laws.hydraulics import AxisParameters
+from testbed.laws.axis_records import AxisParameters
 from testbed.laws.supply import PowerUnit
 from testbed.machine.names import AXES
 from testbed.scenario.parts import Undeclared

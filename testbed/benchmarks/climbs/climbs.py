@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,10 @@ from testbed.formats.sockets import load_class, split_user_class
 from testbed.report.page import Table
 from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.scenario.tasks import Crawl
+
+if TYPE_CHECKING:
+    from testbed.world.simulation import Simulation
+
 
 SCENARIO = "crawl_slope_45"
 LONG = "task.gait=flowing", "task.steps=120", "duration_s=1500", "rates.record_hz=10"
@@ -318,7 +322,7 @@ def _refused(climb: Climb, reason: InputError, way_m: float) -> Outcome:
     return Outcome(climb.case, climb.seed, verdict, *nothing, friction, way_m, climb.gait)
 
 
-def _travelled(world: Any) -> float:
+def _travelled(world: Simulation) -> float:
     """Way of the body up the slope, m."""
     machine = world.machine
     up = machine.ground.rotation_slope_to_world[:, 0]

@@ -20,7 +20,7 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -39,6 +39,10 @@ from testbed.robot.contact.geometry import FootLoads
 from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, drill_wrench
 from testbed.robot.model import RobotModel, attitude_gravity, rotation_from_attitude
 from testbed.scenario.scenario import load_scenario
+
+if TYPE_CHECKING:
+    from testbed.world.simulation import Simulation
+
 
 SEED = 52_000
 FOOTING_SD_M = 3.0e-4
@@ -177,7 +181,7 @@ class Look:
     call_us: float
 
 
-def _look(world: Any, drawn: Drawn, thrust_n: float) -> Look:
+def _look(world: Simulation, drawn: Drawn, thrust_n: float) -> Look:
     position, gravity, acts = _sensed(world, drawn, thrust_n)
     expected = _nominal()
     acts["joint_compliance"] = _give(expected, position, world.row)
@@ -196,7 +200,9 @@ def _give(expected: ExpectedLoads, position: Array, row: Any) -> Array:
     return np.tile(of_each.reshape(len(LEGS), -1).mean(axis=0), len(LEGS))
 
 
-def _sensed(world: Any, drawn: Drawn, thrust_n: float) -> tuple[Array, Array, dict[str, Any]]:
+def _sensed(
+    world: Simulation, drawn: Drawn, thrust_n: float
+) -> tuple[Array, Array, dict[str, Any]]:
     """Joint positions, gravity in the body frame and acting loads as the sensors have them."""
     row = world.row
     attitude = row["attitude"].copy()
@@ -218,7 +224,7 @@ def _sensed(world: Any, drawn: Drawn, thrust_n: float) -> tuple[Array, Array, di
     )
 
 
-def _informed(world: Any, drawn: Drawn, thrust_n: float) -> FootLoads:
+def _informed(world: Simulation, drawn: Drawn, thrust_n: float) -> FootLoads:
     """With the feet's true heights under load, the ground's true stiffness and friction, and the
     true loads.
     """
@@ -242,7 +248,9 @@ def _informed(world: Any, drawn: Drawn, thrust_n: float) -> FootLoads:
     )
 
 
-def _first_to_leave(world: Any, drawn: Drawn) -> tuple[str | None, float, Look | None, float]:
+def _first_to_leave(
+    world: Simulation, drawn: Drawn
+) -> tuple[str | None, float, Look | None, float]:
     """Raise the thrust slowly until a foot's load is gone.
 
     Its name, the thrust it took N, what was expected when NEAR of the load was left, and what was

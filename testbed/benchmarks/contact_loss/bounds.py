@@ -39,6 +39,7 @@ from testbed.compiled import njit
 from testbed.estimation.contact_losses import LossRule
 from testbed.estimation.detectors.base import Hold
 from testbed.formats.arrays import Array
+from testbed.formats.records import Records
 from testbed.machine.build import build_machine
 from testbed.machine.groups import Sensor
 from testbed.machine.model import Machine
@@ -46,7 +47,7 @@ from testbed.machine.names import LEGS, VERTICAL
 from testbed.robot.robot import LegKinematics
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
-from testbed.world.sensing import sensor_records, transduce
+from testbed.world.sensing import Transducer, sensor_records, transduce
 
 FLOOR, FLOOR_TEXT = "floor", "true load through the sensors' delay and errors"
 FLOOR_THRESHOLD = 0.0
@@ -164,7 +165,9 @@ def _lagged(values: Array, lag_s: Array, dt_s: float) -> Array:
 
 
 @njit
-def _read(pressure: Any, dt_s: float, warm_k: Any, noise: Any, transducers: Any) -> Any:
+def _read(
+    pressure: Array, dt_s: float, warm_k: Array, noise: Array, transducers: Records[Transducer]
+) -> Array:
     """Readings (n, 4) of Transducers (4,) at these pressures, Pa."""
     out = np.empty(pressure.shape)
     for k in range(pressure.shape[1]):
@@ -188,7 +191,7 @@ def floor_scores(normal_n: Array, path: SensorPath, rule: LossRule, dt_s: float)
 
 @njit
 def _add_up(
-    seen: Any, force: float, sd: Any, margin: Any, share: float, most: float, out: Any
+    seen: Array, force: float, sd: Array, margin: Array, share: float, most: float, out: Array
 ) -> None:
     """Loads (n, 4) as measured, with their errors sd (n, 4) -> scores (n, 4). `share`: of a sample
     in the running mean; margin (4): what that may lie below nothing by noise.

@@ -13,7 +13,7 @@ import shutil
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,10 @@ from testbed.formats.files import write_json
 from testbed.formats.table import read_columns
 from testbed.machine.names import LEGS
 from testbed.recording.robot import read_robot
+
+if TYPE_CHECKING:
+    from testbed.world.simulation import Simulation
+
 
 Tree = dict[str, Any]
 BLOCK_ROWS = 1000
@@ -137,7 +141,7 @@ def facts(scene: Scene, drawn: Drawn) -> Tree:
     }
 
 
-def _rows(simulation: Any, recorder: Any, data: list[str]) -> tuple[int, str]:
+def _rows(simulation: Simulation, recorder: Any, data: list[str]) -> tuple[int, str]:
     """How many rows were written, and what broke down."""
     kept = [simulation.data_columns.index(name) for name in data]
     true = [simulation.truth_columns.index(name) for name in ("t", *TRUE)]

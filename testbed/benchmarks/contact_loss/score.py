@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.estimation.contact_losses import LOSS_SHARE, LossRule, follow, intervals
 from testbed.estimation.detectors.base import Hold
-from testbed.estimation.live.contact import ContactState, limits_at, step
+from testbed.estimation.live.contact import ContactLimits, ContactState, limits_at, step
 from testbed.formats.arrays import Array, Flags
-from testbed.formats.records import SET
+from testbed.formats.records import SET, Records
 
 Tree = dict[str, Any]
 CLASSES = ("near", "light", "loaded")
@@ -180,7 +180,9 @@ def raised(hold: Hold, higher: float) -> Hold:
 
 
 @njit
-def _words(score: Any, step_s: float, limits: Any, states: Any, words: Any) -> None:
+def _words(
+    score: Array, step_s: float, limits: Records[ContactLimits], states: Any, words: Flags
+) -> None:
     """Where the word says lost: scores (n, feet), ContactLimits (m,), ContactState (m, feet) -> (m,
     n, feet).
     """

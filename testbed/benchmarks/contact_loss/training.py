@@ -31,16 +31,8 @@ from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene
 from testbed.benchmarks.contact_loss.score import CLASSES, Reference
 from testbed.errors import InputError
 from testbed.estimation.contact_losses import intervals
-from testbed.estimation.detectors.learned import (
-    MEMBERS,
-    NARROW_OF_ONE,
-    VIEW,
-    WIDE_OF_ONE,
-    FootMemory,
-    Learned,
-    ViewNumbers,
-    views_over,
-)
+from testbed.estimation.detectors.foot_view import VIEW, FootMemory, ViewNumbers, views_over
+from testbed.estimation.detectors.learned import MEMBERS, NARROW_OF_ONE, WIDE_OF_ONE, Learned
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.networks import read_network, write_network
 from testbed.formats.records import SET

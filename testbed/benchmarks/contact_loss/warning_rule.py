@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
-from testbed.formats.records import SET, Record, part, quantity
+from testbed.formats.records import SET, Record, Records, part, quantity
 from testbed.machine.names import LEGS
 
 BACK = 2.0
@@ -113,7 +113,7 @@ NUMBERS_ON_TRUTH: Mapping[str, float] = MappingProxyType(
 
 
 @njit
-def alpha_beta(line: Any, value: float, numbers: Any) -> None:
+def alpha_beta(line: Line, value: float, numbers: WarningNumbers) -> None:
     """One sample into the level and its slope."""
     keep = math.exp(-numbers.step / numbers.smooth)
     foreseen = line.level + line.slope * numbers.step
@@ -122,7 +122,7 @@ def alpha_beta(line: Any, value: float, numbers: Any) -> None:
 
 
 @njit
-def follow(state: Any, load: float, thrust: float, numbers: Any) -> None:
+def follow(state: WarningState, load: float, thrust: float, numbers: WarningNumbers) -> None:
     """One sample into the state of one foot."""
     if state.started == 0.0:
         state.load.level = state.mean = state.was = state.usual = load
@@ -135,28 +135,30 @@ def follow(state: Any, load: float, thrust: float, numbers: Any) -> None:
 
 
 @njit
-def time_left_s(across: Any, numbers: Any) -> float:
+def time_left_s(across: WarningState, numbers: WarningNumbers) -> float:
     """Seconds until the foot across is gone, at most the longest look."""
     left = max(numbers.look, numbers.look_thrust)
     if across.mean <= numbers.gone:
         left = 0.0
     elif across.load.slope < 0.0:
         left = min(left, max(across.load.level - numbers.gone, 0.0) / -across.load.slope)
-    return float(left)
+    return left
 
 
 @njit
-def foreseen_n(state: Any, left_s: float, rising_s: float, numbers: Any) -> float:
+def foreseen_n(
+    state: WarningState, left_s: float, rising_s: float, numbers: WarningNumbers
+) -> float:
     """Load at the end of the look ahead, N."""
     slope = state.load.slope
     rest = min(slope + numbers.kappa * max(state.thrust.slope, 0.0), 0.0)
     by_thrust = min(slope, 0.0) - rest
     thrust_s = min(numbers.look_thrust, min(rising_s, left_s))
-    return float(state.load.level + by_thrust * thrust_s + rest * min(numbers.look, left_s))
+    return state.load.level + by_thrust * thrust_s + rest * min(numbers.look, left_s)
 
 
 @njit
-def step(seen: Any, states: Any, numbers: Any, score: Any) -> None:
+def step(seen: Seen, states: Records[WarningState], numbers: WarningNumbers, score: Array) -> None:
     """One sample: Seen, WarningState (4) -> score (4)."""
     for foot in range(4):
         follow(states[foot], seen.load[foot], seen.thrust, numbers)
@@ -178,7 +180,12 @@ def step(seen: Any, states: Any, numbers: Any, score: Any) -> None:
 
 
 @njit
-def _run(seen: Any, states: Any, numbers: Any, score: Any) -> None:
+def _run(
+    seen: Records[Seen],
+    states: Records[WarningState],
+    numbers: Records[WarningNumbers],
+    score: Array,
+) -> None:
     for n in range(seen.shape[0]):
         step(seen[n], states, numbers[0], score[n])
 

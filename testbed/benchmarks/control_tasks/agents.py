@@ -1,5 +1,5 @@
-"""Agents of the tasks of control: each is told an observation, and says an action. Here are those
-that anybody can use, and those that keep a stance; drilling.py has those that drill.
+"""Agents of the control tasks: each chooses an action from an observation. Here are those
+for every task, and those that keep a stance; drilling.py has those that drill.
 
 Of those that keep a stance one hauls what still holds, one also stands ready for a rope that may
 part, one gives way with its legs.

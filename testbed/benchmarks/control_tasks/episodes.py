@@ -30,22 +30,22 @@ class Stage:
         self._start: Any = None
 
     def begin(self, seed: int) -> Any:
-        """Go to the beginning of a case; returns what is told there."""
+        """Go to the beginning of a case; returns the observation and `info` there."""
         if seed != self._seed:
             self.env.reset(seed=seed)
             self._seed, self._start = seed, self.env.save()
         return self.env.restore(self._start)
 
     def play(
-        self, agent: Agent, told: Any, until_s: float = math.inf, floor: float = -math.inf
+        self, agent: Agent, seen: Any, until_s: float = math.inf, floor: float = -math.inf
     ) -> tuple[float, Any]:
-        """Let an agent act to the end, or to the last decision before `until_s`: the return, and
-        what is told then.
+        """Let an agent act on `seen` (observation, info) to the end, or to the last decision before
+        `until_s`: the return, and what is seen then.
 
         Given up where not even the best rest of an episode brings the return to `floor`; what is
         returned is then the most that it could have been.
         """
-        score, (observation, info) = 0.0, told
+        score, (observation, info) = 0.0, seen
         while self.env.next_s < until_s:
             observation, reward, *_, info = self.env.step(agent.act(observation))
             score += float(reward)
@@ -77,11 +77,11 @@ class Watched:
 
     def __init__(self, agent: Agent) -> None:
         self._agent = agent
-        self.told: list[Vector] = []
+        self.observations: list[Vector] = []
 
     def act(self, observation: Vector) -> Vector:
         """See Agent."""
-        self.told.append(observation)
+        self.observations.append(observation)
         return self._agent.act(observation)
 
 
@@ -90,10 +90,10 @@ def episode(task: Task, entrant: Entrant, seed: int) -> dict[str, Any]:
     to what was done in it; no plan where the task has none, or where nothing happened.
     """
     place = stage(task, entrant.overrides)
-    told = place.begin(seed)
+    seen = place.begin(seed)
     agent = Watched(entrant.make(place.env))
-    end = _end(*place.play(agent, told))
-    return end | {"plan": task.plans.done_in(agent.told) if task.plans else ()}
+    end = _end(*place.play(agent, seen))
+    return end | {"plan": task.plans.done_in(agent.observations) if task.plans else ()}
 
 
 class Branches:
@@ -113,19 +113,19 @@ class Branches:
     def score(self, plan: Array, floor: float) -> float:
         """See oracle.Score."""
         paid, agent, saved = self._part(plan)
-        told = self._stage.env.restore(saved)
-        further, told = self._stage.play(agent.with_plan(plan), told, floor=floor - paid)
-        self.ends.setdefault(paid + further, _end(paid + further, told))
+        seen = self._stage.env.restore(saved)
+        further, seen = self._stage.play(agent.with_plan(plan), seen, floor=floor - paid)
+        self.ends.setdefault(paid + further, _end(paid + further, seen))
         return paid + further
 
     def _part(self, plan: Array) -> tuple[float, PlannedAgent, Any]:
         """Where plans with these first numbers part."""
         begun = tuple(plan[: self._plans.alike].tolist())
         if self._parting is None or begun != self._begun:
-            told, env = self._stage.begin(self._seed), self._stage.env
+            seen, env = self._stage.begin(self._seed), self._stage.env
             agent, paid = self._plans.agent(env, plan), 0.0
             if begun:
-                paid, _ = self._stage.play(agent, told, until_s=env.fault_s)
+                paid, _ = self._stage.play(agent, seen, until_s=env.fault_s)
             self._begun, self._parting = begun, (paid, agent, env.save())
         return self._parting
 
@@ -158,5 +158,5 @@ def best_found(
     return {"plan": found.plan, "history": found.history} | restarted | branches.ends[found.score]
 
 
-def _end(score: float, told: tuple[Any, dict[str, Any]]) -> dict[str, Any]:
-    return {"score": score} | {key: told[1][key] for key in TOLD if key in told[1]}
+def _end(score: float, seen: tuple[Any, dict[str, Any]]) -> dict[str, Any]:
+    return {"score": score} | {key: seen[1][key] for key in TOLD if key in seen[1]}

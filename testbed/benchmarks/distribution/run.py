@@ -9,7 +9,7 @@ true foot loads, rope tensions and attitude.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +22,10 @@ from testbed.control.layers import Trim
 from testbed.formats.arrays import Array, Flags
 from testbed.machine.names import LEGS
 from testbed.scenario.scenario import Scenario, load_scenario
+
+if TYPE_CHECKING:
+    from testbed.world.simulation import Simulation
+
 
 # The held-out cases of the force-distribution benchmark, and what is measured of one.
 #
@@ -170,7 +174,9 @@ def run_case(case: Case, name: str, sharing: Controller | None = None) -> Outcom
         sim.close()
 
 
-def _run(sim: Any, spec: Scenario, case: Case, name: str, sharing: Controller | None) -> Outcome:
+def _run(
+    sim: Simulation, spec: Scenario, case: Case, name: str, sharing: Controller | None
+) -> Outcome:
     machine = sim.machine
     trim = Trim()
     trim.goal_m = np.array(case.footing_m)
@@ -204,7 +210,7 @@ def _run(sim: Any, spec: Scenario, case: Case, name: str, sharing: Controller | 
 
 
 def _measure(
-    sim: Any,
+    sim: Simulation,
     spec: Scenario,
     name: str,
     data: Array,

@@ -18,7 +18,6 @@ from testbed.estimation.calibration import (
     LOAD_SD,
     PRESSURE_SD_M2,
     Calibrated,
-    calibrate,
 )
 from testbed.estimation.friction.declared_numbers import ASYMMETRY
 from testbed.estimation.friction.identification import identify
@@ -270,10 +269,9 @@ def _pressure_a(rng: np.random.Generator, velocity_m_s: Array, load: Array, pb: 
     rest += load + frame_force(velocity_m_s, KNOWN) + pb * KNOWN.area_b_m2
     sign = np.sign(velocity_m_s)
     # pA stands on both sides: pA A_A = rest + sign (of_load load + of_pressure (pA + pB))
-    pa = (rest + sign * (of_load * load + of_pressure * pb)) / (
+    return (rest + sign * (of_load * load + of_pressure * pb)) / (
         KNOWN.area_a_m2 - sign * of_pressure
     )
-    return pa
 
 
 def _through_sensor(pressure: Array, ab: Array, rng: np.random.Generator) -> Array:
@@ -292,12 +290,3 @@ def inside(result: Calibrated, true: Array) -> list[bool]:
         error = np.array([sensor.a, sensor.b]) - ab
         out.append(bool(error @ np.linalg.solve(sensor.covariance, error) <= REGION_95))
     return out
-
-
-def calibration_coverage(trials: int) -> NDArray[np.int64]:
-    """How many of `trials` regions hold the truth, per sensor (2,)."""
-    held = [
-        inside(calibrate([recording]), true)
-        for recording, true in map(press_recording, range(trials))
-    ]
-    return np.asarray(np.sum(held, axis=0), dtype=np.int64)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -152,7 +151,7 @@ class StudentT(kbf.Numbers):
 
 
 @njit
-def chi_square_step(state: Any, z: float, numbers: Any) -> float:
+def chi_square_step(state: KalmanState, z: float, numbers: ChiSquare) -> float:
     """One sample, used only if e^2 / (P + Q + R) <= limit.
 
     The gate widens as P grows, by Q a sample: for a step of several kN and the Q of a smooth filter
@@ -160,41 +159,41 @@ def chi_square_step(state: Any, z: float, numbers: Any) -> float:
     """
     q, r = numbers.process_variance, numbers.measurement_variance
     if state.started == 0.0:
-        return float(start(state, z, r))
+        return start(state, z, r)
     error = z - state.value
     if not np.isfinite(z) or error * error > numbers.limit * (state.variance + q + r):
-        return float(only_predict(state, q))
-    return float(predict_and_update(state, z, q, r))
+        return only_predict(state, q)
+    return predict_and_update(state, z, q, r)
 
 
 @njit
-def huber_step(state: Any, z: float, numbers: Any) -> float:
+def huber_step(state: KalmanState, z: float, numbers: Huber) -> float:
     """One sample; beyond c standard deviations an innovation pulls linearly less: R is replaced by
     R |r| / c where |r| = |e| / sqrt(P + Q + R) > c.
     """
     q, r = numbers.process_variance, numbers.measurement_variance
     if state.started == 0.0:
-        return float(start(state, z, r))
+        return start(state, z, r)
     if not np.isfinite(z):
-        return float(only_predict(state, q))
+        return only_predict(state, q)
     deviations = abs(z - state.value) / math.sqrt(state.variance + q + r)
-    return float(predict_and_update(state, z, q, r * max(1.0, deviations / numbers.corner)))
+    return predict_and_update(state, z, q, r * max(1.0, deviations / numbers.corner))
 
 
 @njit
-def saturated_step(state: Any, z: float, numbers: Any) -> float:
+def saturated_step(state: KalmanState, z: float, numbers: Saturated) -> float:
     """One sample; a far one pulls, but no more than one at the limit."""
     q, r = numbers.process_variance, numbers.measurement_variance
     if state.started == 0.0:
-        return float(start(state, z, r))
+        return start(state, z, r)
     if not np.isfinite(z):
-        return float(only_predict(state, q))
+        return only_predict(state, q)
     error = min(max(z - state.value, -numbers.limit), numbers.limit)
-    return float(predict_and_update(state, state.value + error, q, r))
+    return predict_and_update(state, state.value + error, q, r)
 
 
 @njit
-def student_t_step(state: Any, z: float, numbers: Any) -> float:
+def student_t_step(state: KalmanState, z: float, numbers: StudentT) -> float:
     """One sample, its noise's scale found by variational updates.
 
     Repeat: R_k = R (nu + (e^2 + P_k) / R) / (nu + 1), e = z - x_k; update (x_k, P_k) from the prior
@@ -202,9 +201,9 @@ def student_t_step(state: Any, z: float, numbers: Any) -> float:
     """
     q, r = numbers.process_variance, numbers.measurement_variance
     if state.started == 0.0:
-        return float(start(state, z, r))
+        return start(state, z, r)
     if not np.isfinite(z):
-        return float(only_predict(state, q))
+        return only_predict(state, q)
     prior, nu = state.variance + q, numbers.freedom
     x, variance = state.value, prior
     for _ in range(ITERATIONS):
@@ -212,7 +211,7 @@ def student_t_step(state: Any, z: float, numbers: Any) -> float:
         gain = prior / (prior + noise)
         x, variance = state.value + gain * (z - state.value), (1.0 - gain) * prior
     state.value, state.variance = x, variance
-    return float(x)
+    return x
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,5 @@
-"""The books of the hydraulics kept from outside: oil and energy while twelve loaded axes work,
-creep at rest.
+"""Balances of oil and energy of the hydraulics, kept outside the kernel while twelve loaded axes
+work; and the creep of resting pistons.
 
 The energy that a place stores is that of its pressure (oil.py), the wall of a hose and the gas of
 the accumulator included; oil at rest in the tank counts with the enthalpy of the tank's pressure.
@@ -19,11 +19,13 @@ from testbed.benchmarks.hydraulics.free_mass import FreeRig, Mass
 from testbed.benchmarks.hydraulics.reference import SET
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import Record, Records, quantity
+from testbed.laws.axis_records import AxisInput, AxisParameters, AxisState
 from testbed.laws.friction import stribeck_level
-from testbed.laws.hydraulics import AxisInput, hydraulic_step
+from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, VAPOUR_PA, enthalpy, specific_volume
+from testbed.laws.supply import PowerUnit, SupplyState
 from testbed.machine.build import build_machine
 from testbed.machine.provenance import SetName
 from testbed.scenario.parts import Rates
@@ -75,14 +77,14 @@ class Balance:
 
 @njit
 def work_loop(
-    axes: Any,
-    params: Any,
-    given: Any,
-    driven: Any,
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    driven: Records[Driven],
     unit: tuple[Any, Any],
     steps: int,
     substeps: int,
-    books: Any,
+    books: Books,
 ) -> None:
     """Masses on the rods (Driven), pushed and driven round their middle; unit: a SupplyState and
     its PowerUnit.
@@ -115,7 +117,7 @@ def work_loop(
         books.step += 1
 
 
-def oil(axes: NDArray[Any], params: NDArray[Any], supply: Any) -> float:
+def oil(axes: NDArray[Any], params: NDArray[Any], supply: SupplyState) -> float:
     """Standard volume of all oil, m3."""
     total = supply.oil + supply.tank_oil
     for name in ("a", "b"):
@@ -125,7 +127,7 @@ def oil(axes: NDArray[Any], params: NDArray[Any], supply: Any) -> float:
     return float(total)
 
 
-def stored(axes: NDArray[Any], params: NDArray[Any], supply: Any, unit: Any) -> float:
+def stored(axes: NDArray[Any], params: NDArray[Any], supply: SupplyState, unit: PowerUnit) -> float:
     """Energy in chambers, hoses, line, accumulator and tank, J (its zero does not matter)."""
     total = 0.0
     for axis, param in zip(axes, params, strict=True):
@@ -276,14 +278,14 @@ def _both(axis: Any, name: str) -> Array:
     return np.array([axis.a[name], axis.b[name]])
 
 
-def _leaks(s: Any, p: Any, unit: Any) -> Array:
+def _leaks(s: AxisState, p: AxisParameters, unit: PowerUnit) -> Array:
     """Leakage into chambers A and B, m3/s: across the piston and outwards, valve and edges shut."""
     across = s.leaking * p.inner_leakage * (s.a.pressure - s.b.pressure)
     out = s.leaking * p.outer_leakage * (_both(s, "pressure") - unit.tank_pressure)
     return np.asarray(np.array([-across, across]) - out)
 
 
-def _level(s: Any, p: Any, x: float, v: float) -> float:
+def _level(s: AxisState, p: AxisParameters, x: float, v: float) -> float:
     """The friction at which the piston slides inwards, N: (4) with its parts along the stroke, by
     pressure, by rest.
     """
@@ -297,7 +299,9 @@ def _level(s: Any, p: Any, x: float, v: float) -> float:
     )
 
 
-def _stands_at(oil: Array, p: Any, load: float, held: float, start: float, level: float) -> float:
+def _stands_at(
+    oil: Array, p: AxisParameters, load: float, held: float, start: float, level: float
+) -> float:
     """Extension, m, at which the oil of both chambers balances load and friction, by bisection.
 
     Friction: `held` (N) at `start`, from there a spring with the bristle's stiffness, never beyond
@@ -319,7 +323,7 @@ def _stands_at(oil: Array, p: Any, load: float, held: float, start: float, level
     return 0.5 * (low + high)
 
 
-def _pressure(volume: float, oil: float, elasticity: float, p: Any) -> float:
+def _pressure(volume: float, oil: float, elasticity: float, p: AxisParameters) -> float:
     """Absolute pressure, Pa, of `oil` in a volume whose hose widens, m3: Newton's iteration."""
     pressure = 5e6
     for _ in range(30):

@@ -23,7 +23,8 @@ from testbed.benchmarks.hydraulics.free_mass import (
 from testbed.benchmarks.hydraulics.reference import machine_of_both, solve
 from testbed.formats.arrays import Array
 from testbed.formats.files import write_text
-from testbed.laws.hydraulics import AxisInput, hydraulic_step
+from testbed.laws.axis_records import AxisInput
+from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.report.page import Table
 from testbed.scenario.parts import Rates

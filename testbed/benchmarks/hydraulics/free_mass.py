@@ -25,10 +25,12 @@ from testbed.benchmarks.hydraulics.reference import (
 )
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import Record, Records, quantity
+from testbed.laws.axis_records import AxisInput, AxisParameters, AxisState
 from testbed.laws.coupling import centre_window
-from testbed.laws.hydraulics import AxisInput, hydraulic_step
+from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
+from testbed.laws.supply import PowerUnit, SupplyState
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
@@ -54,12 +56,12 @@ class Mass(Record):
 
 @njit
 def free_step(
-    axes: Any,
-    params: Any,
-    given: Any,
-    supply: Any,
-    unit: Any,
-    masses: Any,
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    supply: SupplyState,
+    unit: PowerUnit,
+    masses: Records[Mass],
     dt: float,
     substeps: int,
 ) -> None:
@@ -75,26 +77,26 @@ def free_step(
 
 @njit
 def free_run(
-    axes: Any,
-    params: Any,
-    given: Any,
-    supply: Any,
-    unit: Any,
-    masses: Any,
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    supply: SupplyState,
+    unit: PowerUnit,
+    masses: Records[Mass],
     dt: float,
-    told: Any,
+    steps: Records[FreeStep],
 ) -> None:
-    """A step for every row of `told` (command, load): leaves the mean force in `force`, and where
+    """A step for every row of `steps` (command, load): leaves the mean force in `force`, and where
     the rod then is.
     """
-    for index in range(told.shape[0]):
-        now = told[index]
+    for index in range(steps.shape[0]):
+        now = steps[index]
         given[0].command, masses[0].load = now.command, now.load
         free_step(axes, params, given, supply, unit, masses, dt, SUBSTEPS)
         now.force, now.position = axes[0].force, masses[0].position
 
 
-class Told(Record):
+class FreeStep(Record):
     """What a step is given, and what came of it."""
 
     command = quantity("1", "of the valve")
@@ -134,12 +136,12 @@ class FreeRig:
         return cls(axes, params, start_supply(unit, 40.0, 0.06), unit, masses)
 
     def run(self, commands: Array, loads_n: Array, dt: float = STEP_S) -> NDArray[Any]:
-        """Told (n): commands and loads (n) of every step, with forces and positions."""
-        told = Told.zeros(len(commands))
-        told["command"], told["load"] = commands, loads_n
+        """FreeStep (n): commands and loads (n) of every step, with forces and positions."""
+        steps = FreeStep.zeros(len(commands))
+        steps["command"], steps["load"] = commands, loads_n
         given = AxisInput.zeros()
-        free_run(self.axes, self.params, given, self.supply, self.unit, self.masses, dt, told)
-        return told
+        free_run(self.axes, self.params, given, self.supply, self.unit, self.masses, dt, steps)
+        return steps
 
     def reference(
         self, commands: Array, load_n: Callable[[float], float], dt: float, rtol: float
@@ -251,9 +253,9 @@ def compare_free(name: str, step_s: float = STEP_S, rtol: float = 1e-8) -> FreeD
     steps = len(force)
     middles = step_s * (np.arange(steps) + 0.5)
     commands = np.repeat(motion.commands, round(HOLD_S / step_s))
-    told = rig.run(commands, np.array([motion.load_n(middle) for middle in middles]), step_s)
-    error = told["force"] - force
-    away = told["position"][:-1] - position[1:]
+    run = rig.run(commands, np.array([motion.load_n(middle) for middle in middles]), step_s)
+    error = run["force"] - force
+    away = run["position"][:-1] - position[1:]
     return FreeDifference(
         float(np.sqrt(np.mean(error**2))), float(np.abs(error).max()), float(np.abs(away).max())
     )

@@ -24,8 +24,11 @@ from testbed.benchmarks.hydraulics.reference import (
 )
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
-from testbed.laws.hydraulics import AxisInput, hydraulic_step
+from testbed.formats.records import Records
+from testbed.laws.axis_records import AxisInput, AxisParameters, AxisState
+from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
+from testbed.laws.supply import PowerUnit, SupplyState
 from testbed.scenario.parts import Rates
 from testbed.world.hydraulic_parameters import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
@@ -74,13 +77,18 @@ def walk(steps: int = 150) -> Walk:
 
 @njit
 def kernel_loop(
-    axes: Any, params: Any, given: Any, unit: tuple[Any, Any], moves: Any, substeps: int, out: Any
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    unit: tuple[SupplyState, PowerUnit],
+    moves: Array,
+    substeps: int,
+    out: Array,
 ) -> None:
     """Forces of every step into out (steps, n): the kernel called from compiled code, as the world
     does.
 
-    given: AxisInput (n) with the extensions at the start; unit: a SupplyState and its PowerUnit;
-    moves (2, steps, n): rates and commands.
+    given (n): with the extensions at the start; moves (2, steps, n): rates and commands.
     """
     supply, power = unit
     for index in range(out.shape[0]):

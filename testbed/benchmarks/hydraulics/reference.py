@@ -17,6 +17,9 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
+from testbed.formats.records import Records
+from testbed.laws.axis_records import AxisParameters
+from testbed.laws.supply import PowerUnit
 from testbed.machine.build import build_machine
 from testbed.machine.model import Machine
 from testbed.machine.provenance import SetName
@@ -83,7 +86,7 @@ def chamber_pressure(volume: float, oil: float, fluid: tuple[float, float], hose
 
 
 @njit
-def line_pressure(oil: float, u: Any) -> float:
+def line_pressure(oil: float, u: PowerUnit) -> float:
     """Pressure of the supply line that holds `oil` m3: bisection and secant on a monotone
     function.
     """
@@ -128,7 +131,7 @@ def held_play(t: float, a0: float, u: float, r0: float, width: float, tau: float
 
 
 @njit
-def held_plays(t: float, a0: Any, u: Any, r0: Any, params: Any) -> Any:
+def held_plays(t: float, a0: Array, u: Array, r0: Array, params: Records[AxisParameters]) -> Array:
     """`held_play` of n axes, (n)."""
     out = np.empty(len(u))
     for index in range(len(u)):
@@ -145,7 +148,7 @@ def held_plays(t: float, a0: Any, u: Any, r0: Any, params: Any) -> Any:
 
 @njit
 def friction_rates(
-    p: Any, x: float, v: float, pa: float, pb: float, z: float, dwell: float, warm: float
+    p: AxisParameters, x: float, v: float, pa: float, pb: float, z: float, dwell: float, warm: float
 ) -> tuple[float, float, float]:
     """Friction force (N), dz/dt (m/s), d dwell/dt (1/s): equation (5) with a bristle state."""
     if v >= 0.0:
@@ -183,7 +186,7 @@ def friction_rates(
 
 
 @njit
-def stop_force(p: Any, x: float, v: float) -> float:
+def stop_force(p: AxisParameters, x: float, v: float) -> float:
     """Cushion and stop at both ends, N, along +x."""
     force = 0.0
     for side in (1.0, -1.0):
@@ -200,9 +203,9 @@ def stop_force(p: Any, x: float, v: float) -> float:
 
 @njit
 def axis_rates(
-    y: Any,
-    dy: Any,
-    p: Any,
+    y: Array,
+    dy: Array,
+    p: AxisParameters,
     x: float,
     v: float,
     target: float,
@@ -238,11 +241,11 @@ def axis_rates(
     dy[6] = 1e3 * dz
     rod = pa * p.a.area - pb * p.b.area - (p.a.area - p.b.area) * P0
     dy[8] = (rod - friction + stop_force(p, x, v)) / 100.0
-    return float(from_supply_a + from_supply_b)
+    return from_supply_a + from_supply_b
 
 
 @njit
-def unit_rates(y: Any, dy: Any, u: Any, ps: float, drawn: float, taken: float) -> None:
+def unit_rates(y: Array, dy: Array, u: PowerUnit, ps: float, drawn: float, taken: float) -> None:
     """Rates of the power unit's states: y = oil in the line (cm3), pump stroke."""
     pt = u.tank_pressure
     wanted = min(max((u.set_pressure - ps) / u.compensator_band, 0.0), 1.0)
@@ -258,8 +261,15 @@ def unit_rates(y: Any, dy: Any, u: Any, ps: float, drawn: float, taken: float) -
 
 @njit
 def rates(
-    y: Any, params: Any, u: Any, x: Any, v: Any, target: Any, taken: float, warmth: float
-) -> Any:
+    y: Array,
+    params: Records[AxisParameters],
+    u: PowerUnit,
+    x: Array,
+    v: Array,
+    target: Array,
+    taken: float,
+    warmth: float,
+) -> Array:
     """dy/dt of n axes and the unit; x, v, target (n): extension, rate, what the spool follows."""
     n = x.shape[0]
     dy = np.empty_like(y)
@@ -285,15 +295,14 @@ def rates(
 @njit
 def held_rates(
     t: float,
-    y: Any,
-    params: Any,
-    units: Any,
-    motion: tuple[Any, Any],
-    valves: tuple[Any, Any, Any],
+    y: Array,
+    params: Records[AxisParameters],
+    units: Records[PowerUnit],
+    motion: tuple[Array, Array],
+    valves: tuple[Array, Array, Array],
     oil: tuple[float, float],
-) -> Any:
-    """`rates` where the pistons' rates and the commands are held from t = 0 on; units: array of one
-    PowerUnit.
+) -> Array:
+    """`rates` where the pistons' rates and the commands are held from t = 0 on; units: (1).
 
     motion: extensions and rates; valves: amplifier, command and play; oil: what traction takes, and
     the warmth.

@@ -15,13 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.control.valve_loop import position_loops, valve_command
+from testbed.control.valve_loop import PositionLoop, position_loops, valve_command
 from testbed.formats.arrays import Array
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import Record, Records, quantity
+from testbed.laws.axis_records import AxisInput, AxisParameters, AxisState
 from testbed.laws.coupling import centre_window
-from testbed.laws.hydraulics import AxisInput, hydraulic_step
+from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.laws.supply import PowerUnit, SupplyState
 from testbed.machine.build import build_machine
 from testbed.machine.groups import Sensor
 from testbed.machine.model import Machine
@@ -238,7 +240,7 @@ def _trace(samples: NDArray[Any], p: Any, sensor: Sensor, seed: int) -> Trace:
 
 
 @njit
-def _read(pressures: Array, noise: Array, transducer: Any) -> Array:
+def _read(pressures: Array, noise: Array, transducer: Transducer) -> Array:
     """What a Transducer shows of pressures (n), Pa gauge."""
     out = np.empty_like(pressures)
     for index in range(pressures.size):
@@ -248,14 +250,14 @@ def _read(pressures: Array, noise: Array, transducer: Any) -> Array:
 
 @njit
 def _simulate(
-    axes: Any,
-    params: Any,
-    given: Any,
-    supply: Any,
-    unit: Any,
-    loops: Any,
-    bench: Any,
-    samples: Any,
+    axes: Records[AxisState],
+    params: Records[AxisParameters],
+    given: Records[AxisInput],
+    supply: SupplyState,
+    unit: PowerUnit,
+    loops: Records[PositionLoop],
+    bench: Cell,
+    samples: Records[Sample],
 ) -> None:
     """Position loop at RATE_HZ; oil, friction and frame in STEPS steps a sample."""
     axis, rod, loop = axes[0], given[0], loops[0]

@@ -15,7 +15,7 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.formats.arrays import Array
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import Record, Records, quantity
 
 
 class LegParameters(Record):
@@ -128,19 +128,19 @@ def _root(drop: float, smooth: float) -> float:
 
 
 @njit
-def _coulomb_scale(p: Any, x: float) -> float:
+def _coulomb_scale(p: LegParameters, x: float) -> float:
     xi = (x - 0.5 * p.stroke) / p.stroke
     if p.fpos == 0.0:
         return 1.0
     if p.fpos_form == 0.0:
-        return float(max(0.05, 1.0 + p.fpos * xi))
+        return max(0.05, 1.0 + p.fpos * xi)
     if p.fpos_form == 1.0:
         return float(max(0.05, 1.0 + 0.5 * p.fpos * np.tanh(4.0 * xi)))
     return float(max(0.05, 1.0 + p.fpos * 0.6 * np.sin(4.0 * xi + 0.7)))
 
 
 @njit
-def _coulomb_add(p: Any, pa: float, pb: float, load: float) -> float:
+def _coulomb_add(p: LegParameters, pa: float, pb: float, load: float) -> float:
     add = 0.0
     if p.fpres != 0.0:
         total = max(pa, 0.0) + max(pb, 0.0)
@@ -151,7 +151,9 @@ def _coulomb_add(p: Any, pa: float, pb: float, load: float) -> float:
 
 
 @njit
-def _valve(p: Any, s: float, sd: float, acting: float, h: float) -> tuple[float, float, float]:
+def _valve(
+    p: LegParameters, s: float, sd: float, acting: float, h: float
+) -> tuple[float, float, float]:
     """(spool, its rate, opening) one semi-implicit step later."""
     sd += h * (p.valve_w**2 * (acting - s) - 2.0 * p.valve_damping * p.valve_w * sd)
     s += h * sd
@@ -163,7 +165,7 @@ def _valve(p: Any, s: float, sd: float, acting: float, h: float) -> tuple[float,
 
 @njit
 def _edges(
-    p: Any, s: float, size: float, pa: float, pb: float, supply: float, drawn: float
+    p: LegParameters, s: float, size: float, pa: float, pb: float, supply: float, drawn: float
 ) -> tuple[float, float, float]:
     """(flow into A, flow into B, flow drawn from the supply), m3/s; `drawn` before."""
     per = size * p.rated / np.sqrt(p.drop)
@@ -177,24 +179,24 @@ def _edges(
 
 
 @njit
-def _supply_change(p: Any, supply: float, drawn: float, h: float) -> float:
+def _supply_change(p: LegParameters, supply: float, drawn: float, h: float) -> float:
     if p.droop <= 0.0:
         return 0.0
     fall = p.droop * max(drawn, 0.0)
     if p.droop_form == 1.0:
         fall = 1.3 * p.droop * max(drawn, 0.0) ** 1.5 / np.sqrt(4e-4)
-    return float(h * ((p.supply - supply) - fall) / p.droop_time)
+    return h * ((p.supply - supply) - fall) / p.droop_time
 
 
 @njit
-def _leak(p: Any, difference: float) -> float:
+def _leak(p: LegParameters, difference: float) -> float:
     if p.leak_form == 1.0:
         return float(p.leak * 1.8e6 * np.sign(difference) * np.sqrt(abs(difference) / 1.8e6))
-    return float(p.leak * difference)
+    return p.leak * difference
 
 
 @njit
-def _softness(p: Any, pressure: float) -> float:
+def _softness(p: LegParameters, pressure: float) -> float:
     """Compressibility of the oil and its air, 1/Pa."""
     soft = 1.0 / p.beta
     if p.air > 0.0:
@@ -203,12 +205,12 @@ def _softness(p: Any, pressure: float) -> float:
             soft += p.air / (1.4 * up) * (1e5 / up) ** (1.0 / 1.4)
         else:
             soft += p.air * 1e5 / up**2
-    return float(soft)
+    return soft
 
 
 @njit
 def _oil(
-    p: Any,
+    p: LegParameters,
     x: float,
     v: float,
     pressures: tuple[float, float, float],
@@ -233,7 +235,9 @@ def _oil(
 
 
 @njit
-def _level(p: Any, x: float, v: float, pa: float, pb: float, load: float, aged: float) -> float:
+def _level(
+    p: LegParameters, x: float, v: float, pa: float, pb: float, load: float, aged: float
+) -> float:
     """Friction of a slip without its viscous part, N; with the effects on it."""
     forward = v >= 0.0
     coulomb = p.coulomb_p if forward else p.coulomb_m
@@ -248,7 +252,7 @@ def _level(p: Any, x: float, v: float, pa: float, pb: float, load: float, aged: 
 
 @njit
 def _bristle(
-    p: Any, v: float, z: float, slip: Array, level: float, h: float
+    p: LegParameters, v: float, z: float, slip: Array, level: float, h: float
 ) -> tuple[float, float]:
     """(friction without its viscous part, bend); `slip`: bends of four elements, for the other
     form.
@@ -270,7 +274,7 @@ def _bristle(
 
 
 @njit
-def _push(p: Any, x: float, time: float) -> float:
+def _push(p: LegParameters, x: float, time: float) -> float:
     """Forces of the effects on the piston along extension, N."""
     push = 0.0
     if p.spring != 0.0:
@@ -289,21 +293,19 @@ def _push(p: Any, x: float, time: float) -> float:
         push += p.cush * (into if p.cush_form == 0.0 else into * into / 0.06)
     if p.ripple > 0.0:
         push += p.ripple * np.sin(2.0 * np.pi * x / p.ripple_wave)
-    return float(push)
+    return push
 
 
 @njit
-def _viscosity(p: Any, temperature: float) -> float:
+def _viscosity(p: LegParameters, temperature: float) -> float:
     """Sigma over its value at 20 degC."""
     warm = temperature - 20.0
-    return float(
-        np.exp(-p.temp * warm) if p.temp_form == 0.0 else 1.0 / (1.0 + p.temp * max(warm, -15.0))
-    )
+    return np.exp(-p.temp * warm) if p.temp_form == 0.0 else 1.0 / (1.0 + p.temp * max(warm, -15.0))
 
 
 @njit
 def simulate(
-    leg: Any,
+    leg: Records[LegParameters],
     target: Array,
     target_rate: Array,
     temperature: Array,

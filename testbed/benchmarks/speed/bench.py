@@ -15,12 +15,15 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from testbed.report.page import Table
 from testbed.scenario.scenario import Scenario, load_scenario
+
+if TYPE_CHECKING:
+    from testbed.world.simulation import Simulation
 
 ROUNDS = 15
 STEPS = 300
@@ -103,7 +106,7 @@ def _drilling(overrides: tuple[str, ...]) -> Any:
     return world
 
 
-def _blocks(world: Any) -> Callable[[], Any]:
+def _blocks(world: Simulation) -> Callable[[], Any]:
     return lambda: world.run_block(STEPS)
 
 
@@ -142,7 +145,7 @@ def _hydraulics() -> Any:
     return step
 
 
-def _parts(world: Any, steps: int) -> dict[str, float]:
+def _parts(world: Simulation, steps: int) -> dict[str, float]:
     """Where the time of a full step goes, microseconds: each part called alone on the running
     world. Noise is drawn for many samples at once: each has its share.
     """
@@ -155,19 +158,20 @@ def _parts(world: Any, steps: int) -> dict[str, float]:
     force, normal = np.zeros((4, 3)), np.zeros(4)
     hydraulics = _hydraulics()
 
+    board, estimator, noises, row = world._fixed
+
+    def compiled(due: int) -> None:
+        compiled_step.between_steps(due, board, estimator, noises, row, nowhere)
+
     def engine() -> None:
         machine.engine.apply(machine.boards["given"])
         machine.engine.step()
 
     jobs: dict[str, Callable[[], Any]] = {
         "hydraulics_us": lambda: hydraulics(boards, 1e-3, substeps),
-        "sensors_us": lambda: compiled_step.between_steps(
-            compiled_step.SENSE, *world._fixed, nowhere
-        ),
+        "sensors_us": lambda: compiled(compiled_step.SENSE),
         "noise_us": lambda: sensing.draw_noise(SAMPLES, *noise),
-        "estimators_us": lambda: compiled_step.between_steps(
-            compiled_step.ESTIMATE, *world._fixed, nowhere
-        ),
+        "estimators_us": lambda: compiled(compiled_step.ESTIMATE),
         "read_us": lambda: machine.engine.read(machine.boards["engine"]),
         "contacts_us": lambda: machine.engine.feet.forces(force, normal),
         "expected_us": world._expect,

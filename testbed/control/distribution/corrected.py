@@ -1,5 +1,5 @@
-"""The quadratic program's plan plus what somebody wants beyond it, and what that somebody may look
-at.
+"""The plan of the quadratic program with corrections that an agent adds to it, and the observation
+from which the agent chooses them.
 
 An agent that learns sees what a Controller sees, as one vector: the plan, how far the measured
 forces are off it, what the measured forces lack of balancing the load (wrong estimates show there),

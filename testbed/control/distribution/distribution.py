@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from time import thread_time
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -68,9 +68,9 @@ PULL_SLEW_N_S = 4000.0
 class InternalForceState(NamedTuple):
     """These numbers for one machine."""
 
-    tolerance: Any
-    edge_start: Any
-    speed_limit: Any
+    tolerance: Array
+    edge_start: Array
+    speed_limit: Array
     seek_m_s: float
     pull_slew_n_s: float
     hauling: Hauling
@@ -91,7 +91,7 @@ def internal_force_state(scale: Scale) -> InternalForceState:
 
 @njit
 def add_pull(
-    wanted: Any, tension: Any, dt: float, by: InternalForceState, pull: Any, rates: Any
+    wanted: Array, tension: Array, dt: float, by: InternalForceState, pull: Array, rates: Array
 ) -> None:
     """Let `pull` (2) follow what is wanted (2), N; add to the ropes' rates (2) what brings the
     tensions (2) there.
@@ -104,14 +104,14 @@ def add_pull(
 
 @njit
 def add_internal_force(
-    force: Any,
-    compliance: Any,
-    felt: Any,
-    wanted: Any,
+    force: Array,
+    compliance: Array,
+    felt: Array,
+    wanted: Array,
     dt: float,
     by: InternalForceState,
-    edges: Any,
-    rates: Any,
+    edges: Array,
+    rates: Array,
 ) -> None:
     """Add to the joints' rates (12) what takes `force` (12) off them, and what lets hanging feet
     seek the ground.

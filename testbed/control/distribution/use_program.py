@@ -7,7 +7,7 @@ a side of each stance foot's cone, the joints (12), the balance (6).
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import daqp
 import numpy as np
@@ -135,7 +135,9 @@ class UseProgram:
 
 
 @njit
-def write_program(facts: Any, last: Any, about: Any, sides: Any, out: Any) -> int:
+def write_program(
+    facts: Facts, last: LastPlan, about: ProgramScale, sides: Array, out: Arrays
+) -> int:
     """Fill the Arrays `out` of a UseProgram; returns how many rows there are."""
     _write_costs(last, about, out)
     count: int = _write_feet(facts, last, about, sides, out)
@@ -160,7 +162,7 @@ def write_program(facts: Any, last: Any, about: Any, sides: Any, out: Any) -> in
 
 
 @njit
-def _write_costs(last: Any, about: Any, out: Any) -> None:
+def _write_costs(last: LastPlan, about: ProgramScale, out: Arrays) -> None:
     """Weights of the unknowns, and bounds of the pulls and of s."""
     for index in range(SIZE):
         if index == USE:
@@ -180,7 +182,9 @@ def _write_costs(last: Any, about: Any, out: Any) -> None:
 
 
 @njit
-def _write_feet(facts: Any, last: Any, about: Any, sides: Any, out: Any) -> int:
+def _write_feet(
+    facts: Facts, last: LastPlan, about: ProgramScale, sides: Array, out: Arrays
+) -> int:
     """Bounds of the feet and a row for each side of the stance feet's cones; returns how many
     rows.
     """
@@ -204,7 +208,7 @@ def _write_feet(facts: Any, last: Any, about: Any, sides: Any, out: Any) -> int:
 
 
 @njit
-def highest_use(z: Any, sides: Any) -> float:
+def highest_use(z: Array, sides: Array) -> float:
     """Highest use of friction of a plan (14 and more), as the pyramids of `sides` measure it."""
     highest, each = 0.0, sides.shape[0] // len(LEGS)
     for leg in range(len(LEGS)):

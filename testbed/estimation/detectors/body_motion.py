@@ -1,25 +1,31 @@
-"""What the body's own motion and the last second say of a foot, for the learned detector.
+"""Signs of a lost foot in the motion of the body and in the last second, for the learned detector.
 
-The inertial unit feels what the seals of a resting piston hide: how fast the corner of the body
+The inertial unit measures what the seal of a resting piston hides: how fast the corner of the body
 above a foot moves,
 
     c = v_z + w_x y - w_y x,   fast parts, v_z from the specific force along z
 
-Blows move the corner of a foot that hangs more than that of one that stands, as the ground pushes
-it back; what its piston feels when the corner goes down, divided by how far it goes, is the leg's
-stiffness, nothing in the air. A load that has stopped falling while its piston still moves, and one
-that swings less than the others, hangs as well.
+A blow moves the corner above a hanging foot more than that above a standing one, which the ground
+pushes back. The change of a piston's force over the way that its corner goes down is the stiffness
+of the leg, zero in the air. A foot whose load has stopped falling while its piston still moves, or
+swings less than the others' loads, is likely to hang as well.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from testbed.compiled import njit
+from testbed.estimation.detectors.sample import Derived
 from testbed.formats.intervals import Z90
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import Record, Records, quantity
 from testbed.machine.names import LEGS
+from testbed.recording.rows import DataRow
+
+if TYPE_CHECKING:
+    from testbed.estimation.detectors.foot_view import FootMemory, ViewNumbers
+
 
 HELD = ("own", "carried")
 AHEAD, LEFT = (1.0, 1.0, -1.0, -1.0), (1.0, -1.0, 1.0, -1.0)
@@ -74,10 +80,16 @@ class Motion(Record):
 
 @njit
 def remember_motion(
-    row: Any, derived: Any, foot: int, numbers: Any, memory: Any, fresh: bool, dt: float
+    row: DataRow,
+    derived: Derived,
+    foot: int,
+    numbers: ViewNumbers,
+    memory: FootMemory,
+    fresh: bool,
+    dt: float,
 ) -> None:
-    """One sample into `memory.motion` of a foot; memory: FootMemory, whose running means already
-    hold it; numbers: ViewNumbers. A missing reading of the inertial unit changes nothing.
+    """One sample into `memory.motion` of a foot, whose running means already hold it. A missing
+    reading of the inertial unit changes nothing.
     """
     motion, means = memory.motion, memory.means
     quick, brief = dt / (QUICK_S + dt), dt / (BRIEF_S + dt)
@@ -112,8 +124,10 @@ def remember_motion(
 
 
 @njit
-def view_of_motion(memories: Any, foot: int, numbers: Any, view: Any) -> None:
-    """Into a MotionView: what the motion of the body and of this foot says."""
+def view_of_motion(
+    memories: Records[FootMemory], foot: int, numbers: ViewNumbers, view: MotionView
+) -> None:
+    """Into `view`: what the motion of the body and of this foot says."""
     memory, unit = memories[foot], numbers.loss_force
     motion, means = memory.motion, memory.means
     shaken = swung_own = swung_carried = 0.0

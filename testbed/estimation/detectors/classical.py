@@ -14,10 +14,11 @@ One sample adds no more than `limit`, so that a spike alone is no alarm. In nats
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from testbed.compiled import njit
 from testbed.estimation.detectors.base import CompiledDetector
+from testbed.estimation.detectors.sample import Sample
 from testbed.formats.records import Record, quantity
 
 HIGHEST = 60.0
@@ -39,13 +40,15 @@ class CusumState(Record):
 
 
 @njit
-def cusum_step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+def cusum_step(
+    sample: Sample, foot: int, numbers: CusumNumbers, state: CusumState, dt_s: float
+) -> float:
     """One sample of one foot."""
     m0 = numbers.least_load
     gain = -m0 / (numbers.sd * numbers.sd) * (sample.row.estimate.own[foot] - 0.5 * m0)
     gain = min(max(gain, -numbers.limit), numbers.limit)
     state.sum = min(max(state.sum + gain, 0.0), HIGHEST)
-    return float(state.sum)
+    return state.sum
 
 
 class Cusum(CompiledDetector, step=cusum_step):
@@ -97,7 +100,7 @@ class GlrState(Record):
 
 
 @njit
-def glr_step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+def glr_step(sample: Sample, foot: int, numbers: GlrNumbers, state: GlrState, dt_s: float) -> float:
     """One sample of one foot."""
     load, m0, m1 = sample.row.estimate.own[foot], numbers.least_load, numbers.most_lost
     gain = 1.0 - numbers.colour_1 - numbers.colour_2
@@ -177,7 +180,9 @@ def changed_over(odds: float, chance: float) -> float:
 
 
 @njit
-def multiple_model_step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+def multiple_model_step(
+    sample: Sample, foot: int, numbers: ModelNumbers, state: ModelState, dt_s: float
+) -> float:
     """One sample of one foot."""
     z, noise = sample.row.estimate.own[foot], numbers.sd**2
     if state.started == 0.0:
@@ -193,7 +198,7 @@ def multiple_model_step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: 
     share = state.variance / spread
     state.load = max(state.load + share * carried, numbers.least_load)
     state.variance *= 1.0 - share
-    return float(state.odds)
+    return state.odds
 
 
 class MultipleModel(CompiledDetector, step=multiple_model_step):
@@ -237,7 +242,9 @@ class MomentumState(Record):
 
 
 @njit
-def momentum_step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+def momentum_step(
+    sample: Sample, foot: int, numbers: MomentumNumbers, state: MomentumState, dt_s: float
+) -> float:
     """One sample of one foot."""
     derived = sample.derived
     force = derived.balance[foot] - derived.published[foot]
@@ -247,7 +254,7 @@ def momentum_step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float)
     else:
         state.integral += dt_s * (force - state.residual)
     state.residual = numbers.gain * (state.integral - momentum)
-    return float(-state.residual)
+    return -state.residual
 
 
 class Momentum(CompiledDetector, step=momentum_step):
@@ -276,12 +283,14 @@ class SmoothedState(Record):
 
 
 @njit
-def smoothed_step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+def smoothed_step(
+    sample: Sample, foot: int, numbers: SmoothedNumbers, state: SmoothedState, dt_s: float
+) -> float:
     """One sample of one foot."""
     own = sample.row.estimate.own[foot]
     share = dt_s / (numbers.mean_time + dt_s) if state.started != 0.0 else 1.0
     state.mean, state.started = state.mean + share * (own - state.mean), 1.0
-    return float(-state.mean)
+    return -state.mean
 
 
 class Smoothed(CompiledDetector, step=smoothed_step):

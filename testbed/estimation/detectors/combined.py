@@ -1,22 +1,23 @@
-"""The testbed's own detector: the mean of three loads that err in different ways, over a few
-milliseconds.
+"""The detector `combined`: the mean, over a few milliseconds, of three loads whose errors differ.
 
-They differ in the friction of a piston that hardly moves: none (`balance`, the middle of the set),
-`own` (memory that drifts to the middle), `carried` (followed through the oil, sample.py). Each is
-wrong by up to the break-away force, seldom all the same way: at equal recall the mean calls half as
-many loaded feet lost as the best of them. The score is how far it lies below zero, N.
+The loads take the friction of a piston that hardly moves in three ways: `balance` takes the middle
+of its set, `own` a memory that drifts to the middle, `carried` follows it through the oil
+(sample.py). Each is wrong by up to the break-away force, but seldom all in the same direction: at
+equal recall the mean calls half as many loaded feet lost as the best of the three. The score is
+minus the mean, N.
 
-A sensor that drifts moves `balance` and `carried` without end, while `own` is held by what the
-whole machine weighs. Friction can tell them apart by no more than the break-away force: what they
-differ from `own` beyond that, over many seconds, is taken for the sensor's and given back.
+A sensor that drifts moves `balance` and `carried` without bound, while `own` is tied to the weight
+of the whole machine. Friction explains a difference between them of no more than the break-away
+force: what is beyond that, averaged over many seconds, is taken for the sensor's and subtracted.
 """
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from testbed.compiled import njit
 from testbed.estimation.detectors.base import CompiledDetector, Hold
+from testbed.estimation.detectors.sample import Derived, Sample
 from testbed.formats.records import Record, quantity
 
 
@@ -49,7 +50,14 @@ def beyond(difference_n: float, break_away_n: float) -> float:
 
 
 @njit
-def step_on(own: float, derived: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+def step_on(
+    own: float,
+    derived: Derived,
+    foot: int,
+    numbers: CombinedNumbers,
+    state: CombinedState,
+    dt_s: float,
+) -> float:
     """One sample of one foot: the own estimate (N) and `Derived`."""
     share, slow = dt_s / (numbers.mean_time + dt_s), dt_s / (numbers.drift_time + dt_s)
     balance, carried = derived.balance[foot], derived.carried[foot]
@@ -61,14 +69,16 @@ def step_on(own: float, derived: Any, foot: int, numbers: Any, state: Any, dt_s:
     load += numbers.weight_carried * carried
     state.mean = load if state.started == 0.0 else state.mean + share * (load - state.mean)
     state.started = 1.0
-    return float(-state.mean)
+    return -state.mean
 
 
 @njit
-def step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+def step(
+    sample: Sample, foot: int, numbers: CombinedNumbers, state: CombinedState, dt_s: float
+) -> float:
     """One sample of one foot."""
     own = sample.row.estimate.own[foot]
-    return float(step_on(own, sample.derived, foot, numbers, state, dt_s))
+    return step_on(own, sample.derived, foot, numbers, state, dt_s)
 
 
 class Combined(CompiledDetector, step=step):

@@ -11,12 +11,16 @@ that hangs from one that bears little.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from testbed.compiled import njit
 from testbed.estimation.detectors.combined import beyond
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import Record, Records, quantity
 from testbed.machine.names import LEGS
+
+if TYPE_CHECKING:
+    from testbed.estimation.detectors.foot_view import FootMemory
+
 
 SETTLED = ("10_ms", "50_ms")
 SETTLED_S = (0.01, 0.05)
@@ -84,10 +88,16 @@ def _moved(mean: float, value: float, dt: float, time_s: float, fresh: bool) -> 
 
 @njit
 def remember_history(
-    own: float, carried: float, speed: float, unit: float, memory: Any, fresh: bool, dt: float
+    own: float,
+    carried: float,
+    speed: float,
+    unit: float,
+    memory: FootMemory,
+    fresh: bool,
+    dt: float,
 ) -> None:
-    """One sample into `memory.history` of a foot; memory: FootMemory, whose running means already
-    hold it; `unit`: loss force, N.
+    """One sample into `memory.history` of a foot, whose running means already hold it; `unit`: loss
+    force, N.
     """
     history = memory.history
     free = carried + unit * beyond(memory.behind[0] / unit, BREAK_AWAY)
@@ -112,7 +122,7 @@ def remember_history(
 
 
 @njit
-def stirred_on_average(memories: Any, kind: int) -> float:
+def stirred_on_average(memories: Records[FootMemory], kind: int) -> float:
     """Mean over the feet of how much `carried` is stirred, N; kind: place in views.STIRRED."""
     total = 0.0
     for foot in range(len(LEGS)):
@@ -121,8 +131,10 @@ def stirred_on_average(memories: Any, kind: int) -> float:
 
 
 @njit
-def view_of_history(memories: Any, foot: int, sd: float, unit: float, view: Any) -> None:
-    """Into a HistoryView: what the foot's history says; `sd`: of `own`, N."""
+def view_of_history(
+    memories: Records[FootMemory], foot: int, sd: float, unit: float, view: HistoryView
+) -> None:
+    """Into `view`: what the foot's history says; `sd`: of `own`, N."""
     memory = memories[foot]
     history, means = memory.history, memory.means
     settled, own_10 = history.settled, means[0, 1]

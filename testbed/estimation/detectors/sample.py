@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from testbed.estimation.cylinder import (
     EXTENDING,
     RETRACTING,
     Conditions,
+    Cylinder,
     break_away,
     extra_friction,
     friction_value,
@@ -22,12 +23,17 @@ from testbed.estimation.cylinder import (
     true_pressure,
 )
 from testbed.estimation.live import encoder
-from testbed.formats.records import Record, part, quantity
+from testbed.formats.arrays import Array
+from testbed.formats.records import Record, Records, part, quantity
 from testbed.laws.holding import NO_HOLDING, outlet_share
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import LEGS, VERTICAL
 from testbed.recording.rows import DataRow
 from testbed.robot.linkage import arm_of, length_of
+
+if TYPE_CHECKING:
+    from testbed.estimation.live.chain import ChainBelief
+
 
 # What detectors look at beside the estimates: loads that follow from this sample's measurements,
 # causal, four feet.
@@ -129,22 +135,22 @@ def _valve_of(machine: Machine, axis: Axis) -> NDArray[Any]:
 
 
 @njit
-def gravity_along(attitude: Any, gravity: float) -> float:
+def gravity_along(attitude: Array, gravity: float) -> float:
     """Gravity along extension of the vertical joints (-z of the body), m/s2, at roll, pitch,
     yaw.
     """
-    return float(gravity * math.cos(attitude[1]) * math.cos(attitude[0]))
+    return gravity * math.cos(attitude[1]) * math.cos(attitude[0])
 
 
 @njit
-def orifice(opening: float, drop_pa: float, valve: Any) -> float:
+def orifice(opening: float, drop_pa: float, valve: Valve) -> float:
     """Flow through an edge, m3/s: rated |o| sqrt(dp / rated drop), signed by dp."""
     size = valve.rated_flow * abs(opening) * math.sqrt(abs(drop_pa) / valve.rated_drop)
-    return float(size if drop_pa >= 0.0 else -size)
+    return size if drop_pa >= 0.0 else -size
 
 
 @njit
-def flows(spool: float, pa: float, pb: float, supply: float, valve: Any) -> tuple[float, float]:
+def flows(spool: float, pa: float, pb: float, supply: float, valve: Valve) -> tuple[float, float]:
     """Flow into A and into B, m3/s, from spool position, gauge pressures and leaks."""
     across, tank = valve.leakage * (pa - pb), valve.tank_pressure
     qa = valve.leakage_pa * (supply - pa) - valve.leakage_at * (pa - tank)
@@ -166,13 +172,13 @@ def flows(spool: float, pa: float, pb: float, supply: float, valve: Any) -> tupl
 
 
 @njit
-def held_share(opened: bool, kind: float, load_pa: float, pilot_pa: float, valve: Any) -> float:
+def held_share(opened: bool, kind: float, load_pa: float, pilot_pa: float, valve: Valve) -> float:
     """Share of the oil that leaves a port which a load-holding valve lets through; pressures over
     the tank's.
     """
     if not opened:
         return 0.0
-    return float(outlet_share(kind, load_pa, pilot_pa, valve.setting, valve.pilot_ratio))
+    return outlet_share(kind, load_pa, pilot_pa, valve.setting, valve.pilot_ratio)
 
 
 @njit
@@ -180,15 +186,14 @@ def oil_travel(
     change: tuple[float, float],
     supply: float,
     extension: float,
-    state: Any,
-    c: Any,
-    valve: Any,
+    state: OilState,
+    c: Cylinder,
+    valve: Valve,
     dt: float,
 ) -> float:
     """How far (m) the piston moved while the pressures changed by `change` (A, B; Pa): see the
     equations above.
 
-    state: OilState; c: Cylinder; valve: Valve.
     """
     pa, pb = state.pressure_a, state.pressure_b
     ka, kb = oil_springs(pa, pb, extension, c)
@@ -198,14 +203,14 @@ def oil_travel(
 
 
 @njit
-def derive(row: Any, belief: Any, states: Any, out: Any) -> None:
-    """One sample: a DataRow with its estimates, the ChainBelief, OilState (4) -> Derived."""
+def derive(row: DataRow, belief: ChainBelief, states: Records[OilState], out: Derived) -> None:
+    """One sample: from a row with its estimates into `out`; states: (4)."""
     for leg in range(len(LEGS)):
         derive_leg(row, leg, belief, states[leg], out)
 
 
 @njit
-def derive_leg(row: Any, leg: int, belief: Any, state: Any, out: Any) -> None:
+def derive_leg(row: DataRow, leg: int, belief: ChainBelief, state: OilState, out: Derived) -> None:
     """One sample of one leg; a missing pressure leaves everything as it was."""
     axis, dt, mine = VERTICAL[leg], belief.dt, belief.legs[leg]
     c, valve = mine.cylinder, mine.valve
@@ -272,7 +277,12 @@ class Sampler:
 
 
 @njit
-def _derive_all(samples: Any, belief: Any, state: Any, last: Any) -> None:
+def _derive_all(
+    samples: Records[Sample],
+    belief: Records[ChainBelief],
+    state: Records[OilState],
+    last: Records[Derived],
+) -> None:
     for k in range(samples.shape[0]):
         derive(samples[k].row, belief[0], state, last[0])
         for leg in range(len(LEGS)):

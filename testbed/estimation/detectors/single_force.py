@@ -26,14 +26,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.contact_losses import LOSS_SHARE
 from testbed.formats.arrays import Array
-from testbed.formats.records import SET, Record, quantity
+from testbed.formats.records import SET, Record, Records, quantity
 
 
 class FootNumbers(Record):
@@ -169,7 +169,13 @@ class SingleForce:
 
 
 @njit
-def _detect(time_s: Any, force_n: Any, numbers: Any, states: Any, scores: Any) -> None:
+def _detect(
+    time_s: Array,
+    force_n: Array,
+    numbers: Records[FootNumbers],
+    states: Records[FootState],
+    scores: Array,
+) -> None:
     for k in range(force_n.shape[0]):
         for foot in range(force_n.shape[1]):
             contact = step(states[foot], time_s[k], force_n[k, foot], numbers[foot])
@@ -177,10 +183,10 @@ def _detect(time_s: Any, force_n: Any, numbers: Any, states: Any, scores: Any) -
 
 
 @njit
-def step(state: Any, t: float, force: float, foot: Any) -> float:
+def step(state: FootState, t: float, force: float, foot: FootNumbers) -> float:
     """The contact state after a sample: 1 loaded, 0 lost; nan before the first good sample.
 
-    state: FootState; foot: FootNumbers; t in s, force in N.
+    t in s, force in N.
     """
     if math.isfinite(force) and math.isfinite(t):
         if state.started == 0.0:
@@ -193,7 +199,7 @@ def step(state: Any, t: float, force: float, foot: Any) -> float:
 
 
 @njit
-def begin(state: Any, t: float, force: float, foot: Any) -> None:
+def begin(state: FootState, t: float, force: float, foot: FootNumbers) -> None:
     """The first good sample of a foot."""
     state.started, state.time, state.force, state.load = 1.0, t, force, force
     state.before = state.earlier = state.middle = force
@@ -204,7 +210,7 @@ def begin(state: Any, t: float, force: float, foot: Any) -> None:
 
 
 @njit
-def follow(state: Any, t: float, force: float, foot: Any) -> None:
+def follow(state: FootState, t: float, force: float, foot: FootNumbers) -> None:
     """Noise and smoothed load after another sample."""
     dt = t - state.time
     state.earlier, state.before = state.before, state.load
@@ -227,28 +233,28 @@ def follow(state: Any, t: float, force: float, foot: Any) -> None:
 
 
 @njit
-def smoothing_s(state: Any, foot: Any) -> float:
+def smoothing_s(state: FootState, foot: FootNumbers) -> float:
     """Time constant that leaves just as much noise as a loss can bear, s."""
     quiet = QUIET * foot.loss_share * foot.nominal_load
-    return float(min(0.5 * state.step * (state.noise / quiet) ** 2, LONGEST_SMOOTHING_S))
+    return min(0.5 * state.step * (state.noise / quiet) ** 2, LONGEST_SMOOTHING_S)
 
 
 @njit
-def smoothed_noise(state: Any, foot: Any) -> float:
+def smoothed_noise(state: FootState, foot: FootNumbers) -> float:
     """Standard deviation of the smoothed load, N."""
     smoothing = smoothing_s(state, foot)
-    return float(state.noise * math.sqrt(state.step / (2.0 * smoothing + state.step)))
+    return state.noise * math.sqrt(state.step / (2.0 * smoothing + state.step))
 
 
 @njit
-def spread_of(state: Any, foot: Any) -> float:
+def spread_of(state: FootState, foot: FootNumbers) -> float:
     """How far the flight level may have moved, N, within its bounds."""
     nominal = foot.nominal_load
-    return float(min(max(state.spread, LEAST_SPREAD * nominal), MOST_SPREAD * nominal))
+    return min(max(state.spread, LEAST_SPREAD * nominal), MOST_SPREAD * nominal)
 
 
 @njit
-def judge(state: Any, dt: float, foot: Any) -> None:
+def judge(state: FootState, dt: float, foot: FootNumbers) -> None:
     """The contact state from the load; a flight that ends teaches its level."""
     nominal, noise = foot.nominal_load, MARGIN_SD * smoothed_noise(state, foot)
     share = foot.loss_share * nominal
@@ -286,7 +292,7 @@ def judge(state: Any, dt: float, foot: Any) -> None:
 
 
 @njit
-def learn(state: Any, foot: Any) -> None:
+def learn(state: FootState, foot: FootNumbers) -> None:
     """The flight level after a flight, and how far it moves from one to the next.
 
     A flight that was on already at the first sample says where its level is, and not how far an

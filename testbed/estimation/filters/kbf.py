@@ -6,8 +6,6 @@ x_k = x_(k-1) + w, w ~ N(0, Q);  z_k = x_k + n, n ~ N(0, R)  (the paper's equati
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from testbed.compiled import njit
@@ -31,24 +29,24 @@ class Numbers(Record):
 
 
 @njit
-def predict_and_update(state: Any, z: float, q: float, r: float) -> float:
+def predict_and_update(state: KalmanState, z: float, q: float, r: float) -> float:
     """One full Kalman step (Joseph form, as filterpy's); units of z, q and r are N, N2, N2."""
     prior = state.variance + q
     gain = prior / (prior + r)
     state.value += gain * (z - state.value)
     state.variance = (1.0 - gain) * (1.0 - gain) * prior + gain * gain * r
-    return float(state.value)
+    return state.value
 
 
 @njit
-def only_predict(state: Any, q: float) -> float:
+def only_predict(state: KalmanState, q: float) -> float:
     """A step without a sample: the variance grows."""
     state.variance += q
-    return float(state.value)
+    return state.value
 
 
 @njit
-def start(state: Any, z: float, r: float) -> float:
+def start(state: KalmanState, z: float, r: float) -> float:
     """The first sample is the first estimate, known as well as one measurement: P = R; no number
     starts nothing.
     """
@@ -59,15 +57,13 @@ def start(state: Any, z: float, r: float) -> float:
 
 
 @njit
-def step(state: Any, z: float, numbers: Any) -> float:
+def step(state: KalmanState, z: float, numbers: Numbers) -> float:
     """One sample through the KBF; a sample that is not a number only propagates P."""
     if state.started == 0.0:
-        return float(start(state, z, numbers.measurement_variance))
+        return start(state, z, numbers.measurement_variance)
     if not np.isfinite(z):
-        return float(only_predict(state, numbers.process_variance))
-    return float(
-        predict_and_update(state, z, numbers.process_variance, numbers.measurement_variance)
-    )
+        return only_predict(state, numbers.process_variance)
+    return predict_and_update(state, z, numbers.process_variance, numbers.measurement_variance)
 
 
 run = over(step, KalmanState, Numbers)

@@ -7,8 +7,6 @@ shown.
 
 from __future__ import annotations
 
-from typing import Any
-
 from testbed.compiled import njit
 from testbed.estimation.filters import kbf
 from testbed.estimation.filters.base import over
@@ -23,15 +21,13 @@ class Numbers(kbf.Numbers):
 
 
 @njit
-def step(state: Any, z: float, numbers: Any) -> float:
+def step(state: KalmanState, z: float, numbers: Numbers) -> float:
     """One sample; one that is not a number is rejected."""
     if state.started == 0.0:
-        return float(start(state, z, numbers.measurement_variance))
+        return start(state, z, numbers.measurement_variance)
     if not abs(z - state.value) <= numbers.innovation_limit:
-        return float(only_predict(state, numbers.process_variance))
-    return float(
-        predict_and_update(state, z, numbers.process_variance, numbers.measurement_variance)
-    )
+        return only_predict(state, numbers.process_variance)
+    return predict_and_update(state, z, numbers.process_variance, numbers.measurement_variance)
 
 
 run = over(step, KalmanState, Numbers)

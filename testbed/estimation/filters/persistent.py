@@ -15,12 +15,11 @@ Three rules on top of the KBF:
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.estimation.filters import kbf
+from testbed.estimation.filters import modified_kbf
 from testbed.estimation.filters.base import over
 from testbed.estimation.filters.kbf import KalmanState, only_predict, predict_and_update, start
 from testbed.formats.records import Record, part, quantity
@@ -58,22 +57,21 @@ class PersistentState(Record):
     rejected = quantity("1", "share of samples outside the gate of late")
 
 
-class Numbers(kbf.Numbers):
+class Numbers(modified_kbf.Numbers):
     """The filter's constants."""
 
-    innovation_limit = quantity("N", "e_max: gate of a quiet load")
     hold_samples = quantity("1", "samples in a row outside the gate that are a true step")
 
 
 @njit
-def step(state: Any, z: float, numbers: Any) -> float:
+def step(state: PersistentState, z: float, numbers: Numbers) -> float:
     """One sample; one that is not a number only propagates P."""
     now, q, r = state.estimate, numbers.process_variance, numbers.measurement_variance
     if not np.isfinite(z):
-        return float(only_predict(now, q))
+        return only_predict(now, q)
     if now.started == 0.0:
         state.lively = 0.0
-        return float(start(now, z, r))
+        return start(now, z, r)
     state.lively *= LIVELY_DECAY
     lively = state.lively > LIVELY_FROM
     q += state.lively * r
@@ -86,17 +84,17 @@ def step(state: Any, z: float, numbers: Any) -> float:
         state.lively = 1.0
     if restless or not outside:
         state.count *= FORGET
-        return float(predict_and_update(now, z, q, r))
+        return predict_and_update(now, z, q, r)
     now.variance += q
     hold_back(state, z, 1.0 if error > 0.0 else -1.0, numbers)
     if abs(state.count) >= (LIVELY_HOLD if lively else numbers.hold_samples):
         now.value, now.variance = state.held.value, state.held.variance
         state.count, state.lively, state.rejected = 0.0, 1.0, 0.0
-    return float(now.value)
+    return now.value
 
 
 @njit
-def hold_back(state: Any, z: float, side: float, numbers: Any) -> None:
+def hold_back(state: PersistentState, z: float, side: float, numbers: Numbers) -> None:
     """Let the rejected sample join those before it on the same side, or open a new row of them."""
     q, r = numbers.process_variance, numbers.measurement_variance
     if state.count * side > WHOLE:

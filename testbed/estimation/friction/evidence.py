@@ -40,6 +40,7 @@ ROW_S = 0.032
 SLIDING_M_S = 1.5e-3
 """Slower than this a piston may stick between two counts of the encoder."""
 REVERSAL_S = 0.04
+"""Samples nearer than this to a rest or a change of direction are left out (E)."""
 MINIMUM_ROWS = 40
 
 

@@ -25,6 +25,7 @@ proper.
 FADED = 3.0
 """At so many Stribeck speeds its part has faded to a twentieth."""
 HUBER = 2.5
+"""Standard deviations beyond which a residual gets less weight (E)."""
 MAX_LAG = 60
 
 

@@ -340,7 +340,7 @@ def _held(
     if not opened:
         return 0.0
     share = outlet_share(kind, load_pa, pilot_pa, valve.setting_pa, valve.pilot_ratio)
-    return float(share * flow)
+    return share * flow
 
 
 @njit

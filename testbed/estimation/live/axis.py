@@ -1,16 +1,16 @@
-"""One cylinder, live and compiled: pressures, encoder and command -> its force without friction,
-and friction as a set.
+"""One cylinder, live: from pressures and encoder to the force of its piston, and friction as a set.
+Compiled.
 
-The piston's force less friction drives the joint: F = pA A_A - pB A_B + F_end - F_f. Friction is
-(5), thinned by the oil's warmth, with what the machine's file declares beside it: more of it out on
-the stroke, under pressure, under side load and after a rest. Where the piston may be at rest it is
-a set, in whose middle its likeliest value lies.
+The force that drives the joint is F = pA A_A - pB A_B + F_end - F_f. Friction F_f is the paper's
+(5), thinned by the oil's warmth, with what the machine's file declares beside it: it grows along
+the stroke, with pressure, with side load and after a rest. Where the piston may be at rest,
+friction is a set, and the middle of the set its likeliest value.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from testbed.compiled import njit
 from testbed.estimation.cylinder import (
@@ -18,6 +18,7 @@ from testbed.estimation.cylinder import (
     RETRACTING,
     Conditions,
     Cylinder,
+    Stribeck,
     chamber_pressure,
     clipped_reading_sd,
     extra_friction,
@@ -47,8 +48,8 @@ class AxisBelief(Record):
     dwell_gain = quantity(
         "1", "more break-away friction after a long rest, as a share of Coulomb's"
     )
-    dwell_time = quantity("s", "over which a rest counts as long")
-    end_cushion_length = quantity("m", "stretch before either end in which a damper grows")
+    dwell_time = quantity("s", "time constant of a rest with which it grows")
+    end_cushion_length = quantity("m", "of the end cushion, a damper that grows towards either end")
     end_cushion_damping = quantity("N s/m", "of that damper at the end")
     thermal_sd = quantity("N/K", "standard deviation of the sensors' zero by warmth, as a force")
 
@@ -57,23 +58,23 @@ class AxisState(Record):
     """What is known of one axis."""
 
     encoder = part(encoder.EncoderState, "motion")
-    dwell = quantity("1", "how long it has rested, as a share of dwell_gain")
+    dwell = quantity("1", "growth of its break-away friction by rest so far, up to dwell_gain")
     time = quantity("s", "since the start")
     force = quantity("N", "of the piston, without friction, along extension")
     friction = quantity("N", "likeliest friction")
     low = quantity("N", "lower end of friction's set")
     high = quantity("N", "upper end of friction's set")
     spread = quantity("N", "standard deviation of friction")
-    use = quantity("1", "likeliest friction as a share of what it can be that way, -1 to 1")
+    use = quantity("1", "likeliest friction as a share of that end of its set, -1 to 1")
     across = quantity("N", "load across the rod")
     slides = quantity("1", "how surely it slides, 0 to 1")
-    sense = quantity("1", "the way it slid last: -1, 0, 1")
+    sense = quantity("1", "direction in which it slid last: -1, 0, 1")
     rested = quantity("s", "for how long it has been at rest")
-    slid = quantity("s", "for how long it has surely slid the way it goes now")
+    slid = quantity("s", "for how long it has surely slid in its present direction")
     has_slid = quantity("1", "1 once it has surely slid")
     speed = quantity("m/s", "of the piston")
     acceleration = quantity("m/s2", "of the piston, 0 at rest")
-    changed = quantity("1", "1 where friction's set has just become another")
+    changed = quantity("1", "1 where friction's set has just changed with the direction")
 
 
 class Decisions(Record):
@@ -84,13 +85,17 @@ class Decisions(Record):
     rest_speed = quantity("m/s", "slower than this a piston stands still")
     slide_speed = quantity("m/s", "faster than this it surely slides")
     friction_share = quantity("1", "sliding friction is known to this share")
-    slow_share = quantity("1", "the same of a piston that hardly moves: it may stick and slip")
-    slow_speed = quantity("m/s", "over which that fades")
+    slow_share = quantity(
+        "1", "further share for a piston that hardly moves: it may stick and slip"
+    )
+    slow_speed = quantity("m/s", "speed over which that decays")
     speed_sd = quantity("m/s", "standard deviation of the speed")
     rest_share = quantity("1", "standard deviation of friction at rest over its set's half width")
-    fresh_more = quantity("1", "by how much more it is unsure right after a stop, of that")
-    fresh = quantity("s", "over which that fades: creep leads friction towards the middle")
-    stuck_share = quantity("1", "that share of a piston that never slid: nothing led it anywhere")
+    fresh_more = quantity("1", "by which it is larger right after a stop, share of itself")
+    fresh = quantity(
+        "s", "time constant with which that decays: creep moves friction to the middle"
+    )
+    stuck_share = quantity("1", "rest_share of a piston that never slid")
     knows_dependence = quantity("1", "0/1: friction beyond (5)")
     end_zone = quantity("m", "nearer to a stop than this the stop may carry any load")
     end_force = quantity("N", "what a stop may carry")
@@ -104,7 +109,7 @@ class Loads(NamedTuple):
 
 
 @njit
-def cushion_n(x: float, v: float, belief: Any) -> float:
+def cushion_n(x: float, v: float, belief: AxisBelief) -> float:
     """Declared end cushion, N along extension: a damper growing over the last stretch before either
     end.
     """
@@ -112,23 +117,28 @@ def cushion_n(x: float, v: float, belief: Any) -> float:
     if length <= 0.0:
         return 0.0
     if v < 0.0 and x < length:
-        return float(-damping * v * (length - max(x, 0.0)) / length)
+        return -damping * v * (length - max(x, 0.0)) / length
     left = belief.cylinder.stroke - x
     if v > 0.0 and left < length:
-        return float(-damping * v * (length - max(left, 0.0)) / length)
+        return -damping * v * (length - max(left, 0.0)) / length
     return 0.0
 
 
 @njit
-def end_forces_n(c: Any, x: float) -> float:
+def end_forces_n(c: Cylinder, x: float) -> float:
     """Offset, spring and cushion of a believed model, N along extension."""
     force = c.offset - c.spring_stiffness * (x - c.spring_rest)
-    return float(force + c.cushion_stiffness * max(c.cushion_start - x, 0.0))
+    return force + c.cushion_stiffness * max(c.cushion_start - x, 0.0)
 
 
 @njit
 def conditions_of(
-    state: Any, belief: Any, decisions: Any, pressures: float, loads: Loads, oil_degc: float
+    state: AxisState,
+    belief: AxisBelief,
+    decisions: Decisions,
+    pressures: float,
+    loads: Loads,
+    oil_degc: float,
 ) -> Conditions:
     """What changes (5) now; a rest ages the contact on the way. `pressures`: pA + pB, Pa."""
     if decisions.knows_dependence == 0.0:
@@ -152,11 +162,11 @@ def step_axis(
     readings: tuple[float, float, float],
     loads: Loads,
     oil_degc: float,
-    decisions: Any,
-    belief: Any,
-    state: Any,
+    decisions: Decisions,
+    belief: AxisBelief,
+    state: AxisState,
 ) -> None:
-    """One cylinder, one step into its AxisState: readings are both pressures Pa, extension m."""
+    """One cylinder, one step: `state` moves on. readings: both pressures, Pa, and extension, m."""
     reading_a, reading_b, reading_m = readings
     dt, c, seen = decisions.dt, belief.cylinder, state.encoder
     pa = chamber_pressure(reading_a, c.sensor_a, state.time)
@@ -195,7 +205,9 @@ def step_axis(
 
 
 @njit
-def spread_n(v: float, width: float, friction: Any, now: Conditions, decisions: Any) -> float:
+def spread_n(
+    v: float, width: float, friction: Stribeck, now: Conditions, decisions: Decisions
+) -> float:
     """Standard deviation of friction, N: sliding at v (m/s), or somewhere in a set of this width
     (N).
     """
@@ -209,9 +221,9 @@ def spread_n(v: float, width: float, friction: Any, now: Conditions, decisions: 
 
 
 @njit
-def unsure(state: Any, decisions: Any) -> float:
+def unsure(state: AxisState, decisions: Decisions) -> float:
     """How much wider than long after a stop friction is spread over its set."""
     fresh = 1.0 + decisions.fresh_more * math.exp(-state.rested / decisions.fresh)
     if state.has_slid != 0.0:
-        return float(fresh)
-    return float(max(fresh, decisions.stuck_share / decisions.rest_share))
+        return fresh
+    return max(fresh, decisions.stuck_share / decisions.rest_share)

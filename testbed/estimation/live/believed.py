@@ -1,5 +1,5 @@
-"""What the live chain believes of one machine, for people; chain.py makes the record of the
-compiled step from it.
+"""What the live estimators believe of one machine, as an object in Python; chain.py makes of it the
+record for the compiled step.
 
 Built from the machine's parameter file and, where there are any, from the effects of a believed
 model file.

@@ -1,25 +1,31 @@
-"""What the body's acceleration says of fast changes of the foot loads, which pressures hardly show.
+"""Fast changes of the foot loads from the body's acceleration, since pressures hardly show them.
 Compiled.
 
-The seals of a piston at rest take up what changes fast: under blows near the resonance of body and
-oil the pressures show a few per cent of what the feet feel. Newton shows the sum of it,
+The seal of a piston at rest takes up fast changes of its load: under blows near the resonance of
+body and oil the pressures show a few per cent of what the feet feel. Newton's law shows the sum,
 
     r = m a_z - sum of the loads,   fast = r - its mean over the last MEMORY_S,
 
-m what moves with the body, a_z its specific force along z. TRUST of `fast` goes to the feet that
-carry, in equal parts: legs are about as stiff as each other. What is slower the balance of the
-whole body has (whole_body.py). The blows themselves are not known: beyond the resonance they make
-`fast` larger than what the feet feel, which is why not all of it is believed.
+with m the mass that moves with the body and a_z its specific force along z. The share TRUST of
+`fast` is added to the feet that carry, in equal parts, since all legs are about equally stiff.
+Slower changes are left to the balance of the whole body (whole_body.py). The blows themselves are
+not measured: beyond the resonance they make `fast` larger than what the feet feel, which is why
+TRUST is less than 1.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from testbed.compiled import njit
+from testbed.formats.arrays import Array
 from testbed.formats.records import Record, quantity
 from testbed.machine.names import LEGS
+
+if TYPE_CHECKING:
+    from testbed.estimation.live.body_records import BodyBelief
+
 
 MEMORY_S = 0.04
 """Time constant of the mean (E)."""
@@ -38,11 +44,12 @@ class AccelerationMemory(Record):
 
 
 @njit
-def add_fast_changes(specific_force: float, loads: Any, body: Any, state: Any) -> None:
+def add_fast_changes(
+    specific_force: float, loads: Array, body: BodyBelief, state: AccelerationMemory
+) -> None:
     """One step: add to the loads (4), N, what the body's acceleration shows of their fast changes.
 
-    specific_force: of the body along z, m/s2; body: BodyBelief; state:
-    AccelerationMemory. A missing sample adds nothing and teaches nothing.
+    specific_force: of the body along z, m/s2. A missing sample changes nothing.
     """
     dt, beyond, feet = body.decisions.dt, body.body_mass * specific_force, 0.0
     for k in range(4):
@@ -62,6 +69,6 @@ def add_fast_changes(specific_force: float, loads: Any, body: Any, state: Any) -
 
 
 @njit
-def share_carried(load: float, body: Any) -> float:
+def share_carried(load: float, body: BodyBelief) -> float:
     """How much of its part a foot of this mean load (N) takes, 0 to 1."""
-    return float(min(max(load / body.carries, 0.0), 1.0))
+    return min(max(load / body.carries, 0.0), 1.0)

@@ -14,9 +14,9 @@ from testbed.estimation.filters import persistent
 from testbed.estimation.live.axis import END_FORCE_N, END_ZONE_M, Decisions
 from testbed.estimation.live.believed import Leg, declared
 from testbed.estimation.live.body_records import BodyBelief
-from testbed.estimation.live.fusion import Constants
-from testbed.estimation.live.own_tuning import EVEN, OwnTuning, told_whole
+from testbed.estimation.live.own_tuning import EVEN, OwnTuning, fully_reported
 from testbed.estimation.live.uncertainty import Uncertainty, constants
+from testbed.estimation.live.unknowns import Constants
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
 from testbed.recording.leg_model import EffectEntry
@@ -50,8 +50,8 @@ def body_of(
     body = out[0]
     body["believed"] = 1.0
     if not holds(machine):
-        # Right after a stop: at an end. What is even is told as it is.
-        t = told_whole(replace(t, rest_share=EVEN, fresh_more=1.0 / EVEN - 1.0))
+        # Right after a stop friction is at an end of its set. Intervals report all of it.
+        t = fully_reported(replace(t, rest_share=EVEN, fresh_more=1.0 / EVEN - 1.0))
     _trust(body, t, model.total_mass_kg * GRAVITY_M_S2)
     body["decisions"]["end_zone"] = machine.scale.length * END_ZONE_M
     body["decisions"]["end_force"] = machine.scale.force * END_FORCE_N
@@ -124,13 +124,16 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
     body["air_sd"], body["learns_in_air"] = tuning.air_sd_n, tuning.swing
     body["balances"], body["noise_sd"] = tuning.balance, tuning.noise_sd_n
     body["moving_sd"], body["steady_sd"] = tuning.moving_sd_n, tuning.steady_sd_n
-    told = body["told"]
-    told["sliding"], told["stopped"] = tuning.told_sliding, tuning.told_stopped
-    told["begun"], told["begun_s"] = tuning.told_begun, tuning.told_begun_s
-    told["constants"], told["resting"] = tuning.told_constants, tuning.told_resting
-    told["loaded"], told["loaded_within"] = tuning.told_loaded, tuning.told_loaded_within
-    told["stuck"], told["led"] = tuning.told_stuck, tuning.told_led
-    told["led_within"] = tuning.told_led_within
+    shares = body["reported"]
+    shares["sliding"], shares["stopped"] = tuning.reported_sliding, tuning.reported_stopped
+    shares["begun"], shares["begun_s"] = tuning.reported_begun, tuning.reported_begun_s
+    shares["constants"], shares["resting"] = tuning.reported_constants, tuning.reported_resting
+    shares["loaded"], shares["loaded_within"] = (
+        tuning.reported_loaded,
+        tuning.reported_loaded_within,
+    )
+    shares["stuck"], shares["led"] = tuning.reported_stuck, tuning.reported_led
+    shares["led_within"] = tuning.reported_led_within
     body["range_noise"] = tuning.range_noise_n
     body["spread_share"], body["spread_stuck"] = tuning.spread_share, tuning.spread_stuck
     body["only_pushes"] = tuning.pushes

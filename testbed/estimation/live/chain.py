@@ -1,5 +1,5 @@
-"""The paper's chain, live on all four feet: pressures -> cylinder force -> foot load -> filters ->
-contact state.
+"""The estimators of a run, live on all four feet, compiled: pressures -> cylinder force -> foot
+load -> filters -> contact state. `own` is the testbed's estimate, the others are the paper's.
 
     one_chamber  = pA A_A                                                     (1)
     two_chamber  = pA A_A - pB A_B                                            (3)
@@ -11,11 +11,12 @@ contact state.
                    balance (whole_body.py), with the foot's force in three axes
 
 All in N along the vertical joint's axis, positive when the ground pushes the foot up. pA, pB: the
-chambers' pressures, Pa; A_A, A_B: piston and ring, m2; v, a: speed and acceleration of the rod; m:
-what moves with it, kg; F_f: friction of rod and seals, N. The bracketed numbers are the paper's.
+chambers' pressures, Pa; A_A, A_B: areas of piston and ring, m2; v, a: speed and acceleration of the
+rod; m: the mass that moves with it, kg; F_f: friction of rod and seals, N. Numbers in brackets are
+the paper's equations.
 
-Four legs are one compiled call a step (`step_chain`), on the row that has just been measured;
-nothing is allocated in it but for the whole body. `EstimatorChain` keeps what it remembers.
+`step_chain` is one compiled call a step for all four legs, on the row that has just been measured;
+`EstimatorChain` keeps belief and state for it.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ from testbed.estimation.live.contact import limits_at
 from testbed.estimation.live.whole_body import step_body
 from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90
-from testbed.formats.records import Record, from_columns, part, quantity
+from testbed.formats.records import Record, Records, from_columns, part, quantity
 from testbed.machine.names import LEGS, VERTICAL
 from testbed.recording.rows import DataRow
 from testbed.robot.linkage import Linkage, arm_of, length_of
@@ -120,9 +121,8 @@ class ChainState(Record):
 
 
 @njit
-def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
-    """One leg, one step, from the measured part of a DataRow `row` to its estimates; `belief`:
-    ChainBelief, `state`: the leg's LegState, which moves on.
+def step_leg(row: DataRow, leg: int, belief: ChainBelief, state: LegState) -> None:
+    """One leg, one step, from the measured part of `row` to its estimates; `state` moves on.
 
     Corrects the pressures for believed sensor errors first; published columns (1), (3) use them
     corrected too. Friction and oil are the rod's; `arm`, the rod's way by the joint's, turns its
@@ -173,7 +173,7 @@ def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
 
 
 @njit
-def tell_own(row: Any, leg: int, load: float, interval: tuple[float, float, float]) -> None:
+def tell_own(row: DataRow, leg: int, load: float, interval: tuple[float, float, float]) -> None:
     """Write one vertical cylinder's own estimate, N, into the row; `interval`: low, high, standard
     deviation.
 
@@ -187,7 +187,9 @@ def tell_own(row: Any, leg: int, load: float, interval: tuple[float, float, floa
 
 
 @njit
-def rod_variance(width: float, v: float, thinning: float, c: Any, belief: Any) -> float:
+def rod_variance(
+    width: float, v: float, thinning: float, c: Cylinder, belief: ChainBelief
+) -> float:
     """Of the rod's force less friction, N2: sensors' accuracy through the areas, friction's
     uncertainty, speed, the set's width.
 
@@ -199,13 +201,13 @@ def rod_variance(width: float, v: float, thinning: float, c: Any, belief: Any) -
     level = belief.friction_share * 0.5 * (out.coulomb + back.coulomb)
     friction = level**2 + (slope * belief.speed_sd) ** 2
     rest = (0.5 * friction_at_rest.SPREAD * width) ** 2
-    return float(sensors + friction + rest)
+    return sensors + friction + rest
 
 
 @njit
-def step_chain(row: Any, belief: Any, state: Any) -> None:
-    """All four legs, one step: reads the measured part of a DataRow and writes its estimates and
-    contact states.
+def step_chain(row: DataRow, belief: ChainBelief, state: ChainState) -> None:
+    """All four legs, one step: reads the measured part of `row`, writes its estimates and contact
+    states.
 
     Attitude, rates, specific force, ropes, stance and what the drill's controls know serve the
     whole body's balance, where one is believed. The vertical joints extend along -z of the body.
@@ -222,8 +224,10 @@ def step_chain(row: Any, belief: Any, state: Any) -> None:
 
 
 @njit
-def replay_chain(rows: Any, belief: Any, state: Any) -> None:
-    """`step_chain` over rows (n,) of DataRow; belief and state of shape (1,)."""
+def replay_chain(
+    rows: Records[DataRow], belief: Records[ChainBelief], state: Records[ChainState]
+) -> None:
+    """`step_chain` over rows (n,); belief and state of shape (1,)."""
     for index in range(rows.shape[0]):
         step_chain(rows[index], belief[0], state[0])
 

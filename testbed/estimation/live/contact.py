@@ -53,7 +53,7 @@ class ContactState(Record):
 
 
 @njit
-def step(state: Any, load: float, dt: float, limits: Any) -> float:
+def step(state: ContactState, load: float, dt: float, limits: ContactLimits) -> float:
     """The contact state after one sample of dt (s) with this load (N, or minus a detector's score).
 
     Loaded once load >= on has lasted its dwell, load >= sure has lasted its own, or the mean load
@@ -73,4 +73,4 @@ def step(state: Any, load: float, dt: float, limits: Any) -> float:
     if long or settled or (surely and state.surely >= limits.dwell_sure - 0.5 * dt):
         state.contact, state.since, state.surely = 1.0 - state.contact, 0.0, 0.0
         state.mean = load
-    return float(state.contact)
+    return state.contact

@@ -1,33 +1,40 @@
-"""The errors of the cylinder forces as the filter of fusion.py estimates them: how its unknowns add
-up to the error of one force, and what the contact of a foot says about them. Compiled.
+"""The errors of the cylinder forces: how the unknowns of the filter (fusion.py) add up to the error
+of one force, and what the filter learns from whether a foot is in the air. Compiled.
 
-Cylinders are numbered as in AXES (0 to 11), legs as in LEGS. `weights` (fusion.N) is the row of an
+Cylinders are numbered as in AXES (0 to 11), legs as in LEGS. `weights` (unknowns,) is the row of an
 observation: the derivative of the observed force by every unknown of the filter.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.estimation.live import doubt
-from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.told_friction import told_of_constants, told_of_friction
+from testbed.estimation.live import doubt, unknowns
+from testbed.estimation.live.axis import AxisState
+from testbed.estimation.live.fusion import observe
+from testbed.estimation.live.reported_shares import share_of_constants, share_of_friction
+from testbed.formats.arrays import Array
 from testbed.formats.records import SET, Record, part, quantity
 from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
+from testbed.recording.rows import DataRow
+
+if TYPE_CHECKING:
+    from testbed.estimation.live.body_records import BodyBelief, BodyState
+
 
 UP = 2
 """Of a foot's force in the body frame: along z."""
 HELD_BACK = 12
-"""Balances for which what a foot in the air teaches is not yet believed: 60 ms, within which even
-soft ground is felt (E).
+"""Balances by which what is learnt from a foot in the air can be taken back: 60 ms, within which
+even soft ground is felt (E).
 """
 
 
 class LegLearnt(Record):
-    """What is learnt of the cylinders of a leg: of Unknowns."""
+    """The unknowns of the cylinders of a leg (fusion.Unknowns)."""
 
     zero = quantity("N", "of its sensors", per=JOINTS)
     out = quantity("N", "of its friction out", per=JOINTS)
@@ -37,8 +44,8 @@ class LegLearnt(Record):
 
 
 class LearntInAir(Record):
-    """What was learnt of a leg in the air before each of the last HELD_BACK balances, the newest in
-    the place of the oldest.
+    """The unknowns of a leg in the air as they were before each of the last HELD_BACK balances: a
+    ring buffer.
     """
 
     before = part(LegLearnt, "a balance", per=tuple(map(str, range(HELD_BACK))))
@@ -46,21 +53,20 @@ class LearntInAir(Record):
 
 
 @njit
-def write_cylinder_weights(cylinder: int, weight: float, axis: Any, weights: Any) -> None:
+def write_cylinder_weights(cylinder: int, weight: float, axis: AxisState, weights: Array) -> None:
     """Write into `weights` how the unknowns of a cylinder enter an observed force, of which the
     cylinder's force is the part `weight`.
 
-    axis: its AxisState; `use` is the share of its friction that acts, positive extending and
-    negative retracting.
+    axis.use is the share of its friction that acts, positive extending and negative retracting.
     """
-    weights[fu.ZERO + cylinder] = weights[fu.DEVIATION + cylinder] = weight
-    weights[fu.OUT + cylinder] = weight * max(axis.use, 0.0)
-    weights[fu.BACK + cylinder] = weight * min(axis.use, 0.0)
-    weights[fu.SIDE + cylinder] = weight * axis.use * axis.across
+    weights[unknowns.ZERO + cylinder] = weights[unknowns.DEVIATION + cylinder] = weight
+    weights[unknowns.OUT + cylinder] = weight * max(axis.use, 0.0)
+    weights[unknowns.BACK + cylinder] = weight * min(axis.use, 0.0)
+    weights[unknowns.SIDE + cylinder] = weight * axis.use * axis.across
 
 
 @njit
-def write_leg_weights(leg: int, by_cylinder: Any, state: Any, weights: Any) -> None:
+def write_leg_weights(leg: int, by_cylinder: Array, state: BodyState, weights: Array) -> None:
     """The same for the three cylinders of a leg, with the weights `by_cylinder` (3)."""
     for joint in range(len(JOINTS)):
         cylinder = ROTATION[leg] + joint
@@ -68,19 +74,22 @@ def write_leg_weights(leg: int, by_cylinder: Any, state: Any, weights: Any) -> N
 
 
 @njit
-def force_error(cylinder: int, state: Any) -> float:
+def force_error(cylinder: int, state: BodyState) -> float:
     """Estimated error of a cylinder's force, N: measured less true."""
     found, axis = state.fusion.x, state.axes[cylinder]
-    friction = max(axis.use, 0.0) * found[fu.OUT + cylinder]
-    friction += min(axis.use, 0.0) * found[fu.BACK + cylinder]
-    friction += axis.use * axis.across * found[fu.SIDE + cylinder]
-    return float(found[fu.ZERO + cylinder] + friction + found[fu.DEVIATION + cylinder])
+    friction = max(axis.use, 0.0) * found[unknowns.OUT + cylinder]
+    friction += min(axis.use, 0.0) * found[unknowns.BACK + cylinder]
+    friction += axis.use * axis.across * found[unknowns.SIDE + cylinder]
+    return float(found[unknowns.ZERO + cylinder] + friction + found[unknowns.DEVIATION + cylinder])
 
 
 @njit
-def leg_variance(covariance: Any, weights: Any, leg: int) -> float:
+def leg_variance(covariance: Array, weights: Array, leg: int) -> float:
     """Variance of an observed force due to the cylinders of one leg, N2."""
-    groups, first = (fu.ZERO, fu.OUT, fu.BACK, fu.SIDE, fu.DEVIATION), ROTATION[leg]
+    groups, first = (
+        (unknowns.ZERO, unknowns.OUT, unknowns.BACK, unknowns.SIDE, unknowns.DEVIATION),
+        ROTATION[leg],
+    )
     total = 0.0
     for group in groups:
         for one in range(group + first, group + first + len(JOINTS)):
@@ -91,32 +100,32 @@ def leg_variance(covariance: Any, weights: Any, leg: int) -> float:
 
 
 @njit
-def reported_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
-    """Variance to report for a foot force, N2: shares of what the machine's constants and friction
-    make of the filter's variance (told_friction.py), more where the balance is doubted, and the
-    noise of the filtered load.
+def reported_variance(leg: int, weights: Array, body: BodyBelief, state: BodyState) -> float:
+    """Variance to report for a foot force, N2: shares of the filter's variance by the machine's
+    constants and by friction (reported_shares.py), larger ones where the balance is doubted, and
+    the noise of the filtered load.
     """
     piston, ends = state.axes[VERTICAL[leg]], state.ranges[leg]
-    told = told_of_friction(piston, ends, body.range_noise, body.told)
-    share = doubt.told_share(told, state.doubt)
+    friction = share_of_friction(piston, ends, body.range_noise, body.reported)
+    share = doubt.reported_share(friction, state.doubt)
     variance = max(leg_variance(state.fusion.p, weights, leg), 0.0)
     fixed = min(max(leg_variance(state.fusion.fixed, weights, leg), 0.0), variance)
-    known = doubt.told_share(told_of_constants(piston, body.told), state.doubt)
-    told_variance = known * known * fixed + share * share * (variance - fixed)
-    return float(told_variance + body.noise_sd * body.noise_sd)
+    known = doubt.reported_share(share_of_constants(piston, body.reported), state.doubt)
+    shared = known * known * fixed + share * share * (variance - fixed)
+    return shared + body.noise_sd * body.noise_sd
 
 
 @njit
-def spread_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
+def spread_variance(leg: int, weights: Array, body: BodyBelief, state: BodyState) -> float:
     """The same with one share of all that the filter does not know, constants and friction alike:
     `spread_share` of the belief, less while the leg has never slid, all of it where the balance is
     doubted. Detectors of contact losses weigh a load by it.
     """
     stuck = state.axes[VERTICAL[leg]].has_slid == 0.0
     share = body.spread_share * (body.spread_stuck if stuck else 1.0)
-    share = doubt.told_share(share, state.doubt)
+    share = doubt.reported_share(share, state.doubt)
     variance = max(leg_variance(state.fusion.p, weights, leg), 0.0)
-    return float(share * share * variance + body.noise_sd * body.noise_sd)
+    return share * share * variance + body.noise_sd * body.noise_sd
 
 
 # What contact says about the force on a foot: it is zero in the air; on the ground it pushes and
@@ -124,7 +133,7 @@ def spread_variance(leg: int, weights: Any, body: Any, state: Any) -> float:
 
 
 @njit
-def is_in_air(leg: int, row: Any, body: Any, state: Any) -> bool:
+def is_in_air(leg: int, row: DataRow, body: BodyBelief, state: BodyState) -> bool:
     """Whether the foot of a leg is in the air now; counts for how long, s."""
     up = state.means.foot_force[leg, UP] - force_error(VERTICAL[leg], state)
     off = bool(row.carrying[leg] < SET and abs(up) < body.air_load)
@@ -134,30 +143,30 @@ def is_in_air(leg: int, row: Any, body: Any, state: Any) -> bool:
 
 
 @njit
-def learn_in_air(leg: int, map_: Any, body: Any, state: Any) -> None:
+def learn_in_air(leg: int, map_: Array, body: BodyBelief, state: BodyState) -> None:
     """Observe that the foot of a leg carries nothing, along three axes. map_ (3, 3): leg_map."""
     learnt, found = state.learnt_in_air[leg], state.fusion.x
     before = learnt.before[int(learnt.count) % HELD_BACK]
     learnt.count += 1.0
     for joint in range(len(JOINTS)):
         cylinder = ROTATION[leg] + joint
-        before.zero[joint] = found[fu.ZERO + cylinder]
-        before.out[joint] = found[fu.OUT + cylinder]
-        before.back[joint] = found[fu.BACK + cylinder]
-        before.side[joint] = found[fu.SIDE + cylinder]
-        before.deviation[joint] = found[fu.DEVIATION + cylinder]
-    weights = np.zeros(fu.N)
+        before.zero[joint] = found[unknowns.ZERO + cylinder]
+        before.out[joint] = found[unknowns.OUT + cylinder]
+        before.back[joint] = found[unknowns.BACK + cylinder]
+        before.side[joint] = found[unknowns.SIDE + cylinder]
+        before.deviation[joint] = found[unknowns.DEVIATION + cylinder]
+    weights = np.zeros(unknowns.COUNT)
     slides = state.axes[VERTICAL[leg]].slides >= 1.0
     for along in range(3):
         write_leg_weights(leg, map_[along], state, weights)
         force, learns = state.means.foot_force[leg, along], along == UP and slides
-        fu.observe(state.fusion, weights, force, body.air_sd**2, body.gate, learns)
+        observe(state.fusion, weights, force, body.air_sd**2, body.gate, learns)
 
 
 @njit
-def forget_touchdown(leg: int, state: Any) -> None:
-    """Take back what the last HELD_BACK balances taught of a leg that is in the air no longer: its
-    foot bore something before anyone knew that it did, and that was taken for friction.
+def forget_touchdown(leg: int, state: BodyState) -> None:
+    """Take back what the last HELD_BACK balances taught of a leg that is no longer in the air: its
+    foot carried something before the touchdown was noticed, and that was taken for friction.
     """
     learnt, found = state.learnt_in_air[leg], state.fusion.x
     if learnt.count == 0.0:
@@ -167,20 +176,20 @@ def forget_touchdown(leg: int, state: Any) -> None:
     learnt.count = 0.0
     for joint in range(len(JOINTS)):
         cylinder = ROTATION[leg] + joint
-        found[fu.ZERO + cylinder] = before.zero[joint]
-        found[fu.OUT + cylinder] = before.out[joint]
-        found[fu.BACK + cylinder] = before.back[joint]
-        found[fu.SIDE + cylinder] = before.side[joint]
-        found[fu.DEVIATION + cylinder] = before.deviation[joint]
+        found[unknowns.ZERO + cylinder] = before.zero[joint]
+        found[unknowns.OUT + cylinder] = before.out[joint]
+        found[unknowns.BACK + cylinder] = before.back[joint]
+        found[unknowns.SIDE + cylinder] = before.side[joint]
+        found[unknowns.DEVIATION + cylinder] = before.deviation[joint]
 
 
 @njit
-def learn_no_pull(maps: Any, body: Any, state: Any) -> None:
+def learn_no_pull(maps: Array, body: BodyBelief, state: BodyState) -> None:
     """Observe that every foot that seems to pull carries nothing; maps (4, 3, 3): leg_map.
 
     Constants are not updated: such a foot only bounds them from below.
     """
-    weights = np.zeros(fu.N)
+    weights = np.zeros(unknowns.COUNT)
     for leg in range(len(LEGS)):
         force = state.means.foot_force[leg, UP]
         up = force
@@ -189,4 +198,4 @@ def learn_no_pull(maps: Any, body: Any, state: Any) -> None:
         if up < 0.0:
             weights[:] = 0.0
             write_leg_weights(leg, maps[leg, UP], state, weights)
-            fu.observe(state.fusion, weights, force, body.air_sd**2, body.gate, False)
+            observe(state.fusion, weights, force, body.air_sd**2, body.gate, False)

@@ -8,8 +8,6 @@ moves, and which way.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from testbed.compiled import njit
@@ -40,7 +38,7 @@ class EncoderState(Record):
 
 @njit
 def observe(
-    state: Any, reading: float, resolution: float, dt: float, bandwidth_rad_s: float
+    state: EncoderState, reading: float, resolution: float, dt: float, bandwidth_rad_s: float
 ) -> None:
     """Take one reading (m) of an encoder with counts of `resolution` (m) into the state.
 
@@ -65,7 +63,7 @@ def observe(
 
 
 @njit
-def count_changes(state: Any, reading: float, resolution: float, dt: float) -> None:
+def count_changes(state: EncoderState, reading: float, resolution: float, dt: float) -> None:
     """Keep when the reading last changed, in which sense, and for how many counts running in that
     sense.
     """
@@ -80,7 +78,7 @@ def count_changes(state: Any, reading: float, resolution: float, dt: float) -> N
 
 
 @njit
-def bounded_speed(state: Any, resolution: float, rest_m_s: float) -> float:
+def bounded_speed(state: EncoderState, resolution: float, rest_m_s: float) -> float:
     """The observer's speed in m/s, no faster than the silence of the encoder allows: |v| <= 1.5
     count / silence.
 
@@ -91,7 +89,7 @@ def bounded_speed(state: Any, resolution: float, rest_m_s: float) -> float:
 
 
 @njit
-def sliding(state: Any, resolution: float, slow_m_s: float, fast_m_s: float) -> float:
+def sliding(state: EncoderState, resolution: float, slow_m_s: float, fast_m_s: float) -> float:
     """How surely the piston slides in `state.sense`: 0 (may be at rest) .. 1 (slides).
 
     One count to and fro is no motion: two counts running in one sense are asked for. Then the time
@@ -102,4 +100,4 @@ def sliding(state: Any, resolution: float, slow_m_s: float, fast_m_s: float) -> 
         return 0.0
     bound = resolution / max(state.since_count, state.gap, 1.0e-6)
     overdue = 3.0 - state.since_count / (state.gap + OVERDUE_S)
-    return float(min(1.0, max(0.0, min(overdue, (bound - slow_m_s) / (fast_m_s - slow_m_s)))))
+    return min(1.0, max(0.0, min(overdue, (bound - slow_m_s) / (fast_m_s - slow_m_s))))

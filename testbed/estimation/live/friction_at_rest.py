@@ -1,23 +1,21 @@
-"""The friction of a piston at rest: which value in the set is the likeliest, live.
+"""The likeliest friction of a piston at rest, a value within its set, live.
 
 Three things are known of it beside its bounds:
-- It remembers: right after a stop it is what it was while sliding; creep and leakage let it drift
-  towards the middle of the set within about half a second. (Behind load-holding valves the oil lets
-  it stay, yet a drift over 2 s makes
-  the foot loads of a crawl worse: what is remembered longer is wrong for longer, too.)
-- While the valve is shut, the oil tells how far the piston is bent away: a load that changes by dF
-  moves it by dx, the oil answers with k_oil dx = -dFp, k_oil = beta (A_A^2 / V_A + A_B^2 / V_B),
+- It has a memory: right after a stop it is what it was while sliding; creep and leakage let it
+  drift towards the middle of the set within about half a second. (Behind load-holding valves the
+  oil holds it for longer, yet a drift over 2 s makes the foot loads of a crawl worse: a wrong value
+  is then remembered for longer, too.)
+- While the valve is shut, the oil shows how far the seal is bent: a load that changes by dF moves
+  the piston by dx; the oil responds with k_oil dx = -dFp, k_oil = beta (A_A^2 / V_A + A_B^2 / V_B),
   the seal with k_seal dx. So friction changes by -(k_seal / k_oil) dFp, and the load by more than
-  the pressures show. This is far below one encoder count.
+  the pressures show. The motion is far below one encoder count.
 - While the valve is open, oil flows into a chamber and the pressures change against friction, not
-  against the load: friction takes a share OPEN_SHARE of dFp with it (the rest moves the piston), if
-  that is the way the valve pushes: a piston that is about to slide keeps its friction when the
+  against the load: friction follows dFp by the share OPEN_SHARE (the rest moves the piston), if the
+  valve pushes in that direction. A piston that is about to slide keeps its friction when the
   pressures fall again.
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
@@ -53,7 +51,7 @@ of it.
 
 @njit
 def step(
-    memory: Any,
+    memory: RestMemory,
     piston: float,
     low: float,
     high: float,
@@ -82,7 +80,7 @@ def step(
     if slides > 0.0:
         memory.slow = min(max(memory.slow + memory.bent, low), high)
         memory.bent = 0.0
-        return float(memory.slow)
+        return memory.slow
     taken = push * max(push * change, 0.0) if push != 0.0 else change
     drift = (middle - memory.slow) * min(dt / DRIFT_S, 1.0)
     memory.slow += (1.0 - memory.shut) * OPEN_SHARE * taken + drift
@@ -90,4 +88,4 @@ def step(
     bend = -ratio * change
     room = max(0.0, 1.0 - memory.bent / high) if bend > 0.0 else max(0.0, 1.0 - memory.bent / low)
     memory.bent += memory.shut * bend * room - memory.bent * min(dt / BENT_S, 1.0)
-    return float(min(max(memory.slow + memory.bent, low), high))
+    return min(max(memory.slow + memory.bent, low), high)

@@ -1,9 +1,9 @@
-"""What a robot's samples say that come late, with gaps or with numbers missing: the rows that the
-chain is stepped with, one a period.
+"""From a robot's samples, which may come late, leave gaps or lack numbers, to the evenly spaced
+rows that the estimators are stepped with.
 
-A sample no later than the one before is left out. Where samples are missing, what was measured
-before and after is joined by straight lines as soon as the next one comes. A number that is missing
-(nan) stays what it was last. After a gap longer than LONGEST_GAP_S everything starts anew.
+A sample no later than the one before is left out. A gap is filled by linear interpolation as soon
+as the next sample comes. A missing number (nan) keeps its last value. After a gap longer than
+LONGEST_GAP_S the estimators start anew.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ TIME = COLUMNS.index("t")
 
 
 class Arrived(NamedTuple):
-    """What a sample brings: rows (k, columns) for the chain, the last of them its own, and whether
-    all before is forgotten.
+    """What a sample brings: rows (k, columns) for the estimators, the last of them the sample
+    itself, and whether they start anew.
     """
 
     rows: Array
@@ -37,9 +37,7 @@ class Arrived(NamedTuple):
 
 
 def arrived(last: Array | None, sample: Array, dt_s: float) -> Arrived | None:
-    """A sample (columns,) behind the `last` one, whole as it was taken; None where it comes too
-    late.
-    """
+    """The rows of a sample (columns,) that follows the row `last`; None where it comes too late."""
     time_s = sample[TIME]
     if not np.isfinite(time_s) or (last is not None and time_s <= last[TIME]):
         return None

@@ -1,5 +1,6 @@
-"""How sure the whole-body estimate (whole_body.py) is of what, and which of its ideas are on: for
-everything, without a survey, without the body's acceleration.
+"""The tuning of the whole-body estimate (whole_body.py): the uncertainties that it assumes, and
+which of its parts are switched on. Also the tunings for a robot without a survey of ropes and load
+(`unsurveyed`) and for one without an inertial unit (`unfelt`).
 """
 
 from __future__ import annotations
@@ -13,16 +14,18 @@ EVEN = 1.0 / math.sqrt(3.0)
 """One standard deviation of what is anywhere in a set, as a share of the set's half width."""
 
 TUNED_AT_S = 1.0e-3
-"""What OwnTuning has by samples is for samples that are so far apart."""
+"""Sampling period for which the numbers of OwnTuning that count samples are meant."""
 
 
 @dataclass(frozen=True)
 class OwnTuning:
-    """How sure the estimator is of what, and which of its ideas are on. All numbers assumed (E) and
-    chosen on runs that no result is taken from; see `testbed estimators`.
+    """Uncertainties that the estimator assumes, and switches of its parts. All numbers are assumed
+    (E) and were chosen on runs that no result is taken from; see `testbed estimators`.
 
-    `*_sd_*` is one standard deviation, `*_share` a share of what its name says, `*_keep_s` for how
-    long a deviation lasts.
+    `*_sd_*` is one standard deviation, `*_share` a share of what its name says, `*_keep_s` the time
+    constant with which a deviation decays. `reported_*` is the part of the filter's standard
+    deviation that an interval reports (reported_shares.py), chosen on drawn machines whose seals
+    begin stuck anywhere in their set.
     """
 
     rich: bool = True
@@ -56,137 +59,139 @@ class OwnTuning:
     friction_share: float = 0.12
     """Sliding friction is known to this share."""
     slow_share: float = 0.6
-    """The same at the slowest speeds, beside that: a piston may stick and slip there."""
+    """A further share of it at the slowest speeds, where a piston may stick and slip."""
     slow_m_s: float = 0.008
-    """Speed over which that fades."""
+    """Speed over which `slow_share` decays."""
     speed_sd_m_s: float = 0.003
-    """Of the piston speed: what friction may be off by because the speed is."""
+    """Of the piston's speed; the viscous slope times this is what friction may be off by for it."""
     rest_share: float = 0.3
-    """One standard deviation of friction at rest, of its set's half width; EVEN without
-    load-holding valves.
+    """Standard deviation of friction at rest, as a share of the half width of its set; EVEN for a
+    machine without load-holding valves.
     """
     fresh_more: float = 1.5
-    """So much more of it right after a stop, while oil and friction settle."""
+    """Right after a stop, while oil and friction settle, it is larger by this share of itself."""
     fresh_s: float = 4.0
-    """Over which that fades."""
+    """Time constant with which `fresh_more` decays."""
     stuck_share: float = EVEN
-    """Likewise of a piston that has not slid since the start: it may be stuck anywhere in its
-    set.
+    """The same as `rest_share` for a piston that has not slid since the start: it may be stuck
+    anywhere in its set.
     """
     sliding_keep_s: float = 0.5
     """Of friction while a piston slides."""
     rest_keep_s: float = 0.3
     """Of friction at rest."""
     rest_alike: float = 0.5
-    """Correlation of friction between feet that have rested for `alike_after_s`: oil that leaks
-    moves it the same way at all of them.
+    """Correlation of friction between feet after a long rest: leaking oil moves it the same way at
+    all of them.
     """
     alike_after_s: float = 30.0
-    """Of rest, after which friction is about as much alike."""
+    """Time constant of a rest with which that correlation builds up."""
     body_keep_s: float = 0.3
-    """Of the balance's own error: shorter than friction's, else it takes what a stuck piston hides
-    for an error of the weight.
+    """Of the balance's own error. No longer than friction's: else what a stuck piston hides is
+    taken for an error of the weight.
     """
     weight_share: float = 0.005
-    """Of the weight, by which the balance of forces may be off."""
+    """Error of the balance of forces, as a share of the weight."""
     centre_sd_m: float = 0.01
-    """Of the centre of mass: the weight times this is what the balance of moments may be off by."""
+    """Of the centre of mass; times the weight it is the error of the balance of moments."""
     rope_share: float = 0.005
-    """Of the ropes' tensions, by which the balance may be off."""
+    """Error of the balance of forces, as a share of the ropes' tensions."""
     drill_share: float = 0.05
-    """Of the ordered thrust, by which it may."""
+    """Error of the balance along z, as a share of the ordered thrust."""
     blow_share: float = 0.2
-    """Of the thrust, by which it may while the hammer blows."""
+    """Noise of the balance along z by the hammer's blows, as a share of the ordered thrust."""
     force_sd_n: float = 300.0
     """Noise of the balance of forces."""
     moment_sd_n_m: float = 450.0
     """Noise of the balance of moments."""
     set_margin: float = 0.2
-    """By so much of its width friction's set may be wider than believed."""
+    """Friction's set may be wider than believed, at either end by this share of its width."""
     news_share: float = 0.8
-    """Of a change of the piston force at rest, that may be friction."""
+    """Share of a change of the piston's force at rest that may be a change of friction."""
     news_noise_n: float = 50.0
-    """Of such a change, that is noise."""
+    """Part of such a change that is noise."""
     gate: float = 8.0
-    """An observation that is more standard deviations off than this counts less."""
+    """An observation that is off by more standard deviations than this gets less weight, as if it
+    were off by just as many.
+    """
     blame_s: float = 1.0
-    """Over which the balance is looked at for a sensor that lies."""
+    """Time over which the balance is averaged to find a sensor that reads wrong."""
     blame_threshold: float = 2.5
-    """Standard deviations at which a sensor is blamed."""
+    """Standard deviations by which the balance must speak against a sensor for it to be blamed."""
     doubt_cost: float = 10.0
     """Cost of a balance that is still believed before anything slid (doubt.py). On 26 tuning runs
     of sound drawn machines it is at most 5 standing and drilling, 8 raising, and 24 for moments of
     a crawl.
     """
     doubt_time_s: float = 2.0
-    """Within which a doubted balance is given up, and believed again."""
+    """Time within which a doubted balance is given up, and believed again."""
     surprise_worth: float = 2.0
-    """Unknowns that the belief is worth: so many more would have to be as far off as told before
-    what is found says how far off the machine is (surprise.py).
-    """
+    """Weight of the prior belief that the machine is as told, counted in unknowns (surprise.py)."""
     surprise_s: float = 8.0
-    """Over which what friction hides and the balance errs by is looked at for it."""
+    """Time over which friction's deviations and the balance's errors are averaged for that."""
     zero_wander_n2_s: float = 1.0
-    """Variance by which a zero of the cylinder force grows."""
+    """Growth of the variance of a cylinder force's zero."""
     zero_sd_n: float = 20.0
-    """The calibration itself, beside what the machine's tolerances say of the sensors."""
+    """Of a cylinder force's zero after calibration, beside the tolerances of its sensors."""
     dry_sd_n: float = 20.0
-    """Dry friction likewise."""
+    """Of dry friction, beside its tolerances."""
     air_load_n: float = 1500.0
-    """A foot that is not meant to carry and bears less is in the air,"""
+    """A foot that is not meant to carry, and has borne less than this for `air_dwell_s`, is in the
+    air.
+    """
     air_dwell_s: float = 0.15
-    """once it has for so long."""
     air_sd_n: float = 40.0
-    """Of the load of a foot in the air: how surely it is nothing."""
+    """Of the load of a foot in the air about zero."""
     carries_n: float = 300.0
     """From this load on a foot takes its part in fast changes of the body's load."""
     noise_sd_n: float = 15.0
-    """Of a filtered load."""
+    """Noise of a filtered load."""
     moving_sd_n: float = 110.0
-    """What inertia and friction leave beside that while the piston slides."""
+    """Error of a load by inertia and friction while its piston slides, for the spread."""
     steady_sd_n: float = 32.0
-    """What they leave where the body goes steadily."""
-    told_sliding: float = 0.45
-    """Of the filter's standard deviation by friction, what an interval tells while the vertical
-    piston slides (told_friction.py). These were chosen on drawn machines whose seals begin
-    stuck anywhere.
+    """The same for the interval where the body moves steadily; body_stirred.py adds the rest."""
+    reported_sliding: float = 0.45
+    """Of the part by friction, while the vertical piston slides."""
+    reported_begun: float = 1.8
+    """The same when it has just begun to slide; decays to the former over `reported_begun_s`."""
+    reported_begun_s: float = 0.05
+    reported_constants: float = 0.9
+    """Of the part by the machine's constants, once the vertical piston has slid for longer. Less
+    than 1: errors of friction by speed, of friction by load and of a zero make up for each other.
     """
-    told_begun: float = 1.8
-    """When it has just begun to slide,"""
-    told_begun_s: float = 0.05
-    """and for about so long."""
-    told_constants: float = 0.9
-    """Of the filter's standard deviation by the machine's constants, while the vertical piston
-    slides for longer: what a friction by speed errs by, one by load or a zero makes up for.
+    reported_resting: float = 1.2
+    """The same while it does not slide."""
+    reported_stopped: float = 0.43
+    """Of the part by friction, just after the piston came to rest: it keeps the friction of its
+    stop.
     """
-    told_resting: float = 1.2
-    """Likewise while it does not slide."""
-    told_stopped: float = 0.43
-    """Just after it came to rest: it keeps the friction of its stop."""
-    told_loaded: float = 0.88
-    """Once its force has gone over `told_loaded_within` times the width of friction's set since."""
-    told_stuck: float = 0.62
-    """While it has not slid since the start: what it may hide is as wide as its set, less what the
-    balance of the body shows.
+    reported_loaded: float = 0.88
+    """The same once its force has since ranged over `reported_loaded_within` times the width of
+    friction's set.
     """
-    told_led: float = 0.29
-    """Once its force has gone over `told_led_within` times that width since the start."""
-    told_loaded_within: float = 1.0
-    told_led_within: float = 0.7
+    reported_stuck: float = 0.62
+    """Of the part by friction, while the piston has not slid since the start: what it may hide is
+    as wide as its set, less what the balance of the body shows.
+    """
+    reported_led: float = 0.29
+    """The same once its force has ranged over `reported_led_within` times that width."""
+    reported_loaded_within: float = 1.0
+    reported_led_within: float = 0.7
     range_noise_n: float = 50.0
-    """Over which a piston's force seems to go by noise alone."""
+    """Range over which a piston's force seems to go by noise alone."""
     spread_share: float = 0.75
-    """Of the filter's standard deviation, what makes the spread that detectors weigh a load by."""
+    """Of the whole standard deviation, for the spread that contact detectors weigh a load by."""
     spread_stuck: float = 0.7
     """Of that, on a vertical piston that never slid."""
     filter_q_n2: float = 150.0
-    """Variance by which a load changes from sample to sample, for the filter of what is told."""
+    """Process variance of the filter of the reported loads, per sample."""
     filter_r_n2: float = 1500.0
-    """Variance of what that filter is fed."""
+    """Measurement variance of that filter."""
     e_max_n: float = 500.0
-    """A load that jumps by more is held back,"""
+    """A load that jumps by more than this is held back for `hold_samples`: by then a spike is over,
+    and a true change is not.
+    """
     hold_samples: float = 4.0
-    """for so many samples: a spike is over by then, news is not."""
 
     def scaled(self, scale: Scale) -> OwnTuning:
         """The same for a machine of another size."""
@@ -219,41 +224,41 @@ class OwnTuning:
 
 
 def without(tuning: OwnTuning, *ideas: str) -> OwnTuning:
-    """The tuning with some of its ideas, the fields that are true or false, switched off."""
+    """The tuning with some of its switches, the fields of type bool, turned off."""
     values = {field.name: getattr(tuning, field.name) for field in fields(tuning)}
     return OwnTuning(**(values | dict.fromkeys(ideas, False)))
 
 
 def unsurveyed(tuning: OwnTuning) -> OwnTuning:
-    """The same where nobody surveyed ropes and load: nothing balances the feet, so nothing narrows
-    what friction hides. At rest it is anywhere in its set, and all of that is told.
+    """The same where nobody surveyed ropes and load: there is no balance of the body to narrow what
+    friction hides. At rest friction is anywhere in its set, and intervals report all of that.
     """
     alone = without(tuning, "balance", "weighs")
-    return told_whole(replace(alone, rest_share=EVEN, fresh_more=0.0), stuck=0.6)
+    return fully_reported(replace(alone, rest_share=EVEN, fresh_more=0.0), stuck=0.6)
 
 
 def unfelt(tuning: OwnTuning) -> OwnTuning:
-    """The same where no inertial unit felt the body's acceleration: fast changes of the loads, of
-    blows above all, are not followed, and what the filter does not know of is told.
+    """The same where no inertial unit measured the body's acceleration: fast changes of the loads,
+    by blows above all, cannot be followed, and intervals are as wide as the filter's own.
     """
     alone = replace(without(tuning, "shakes"), steady_sd_n=tuning.moving_sd_n)
-    return told_whole(alone, stuck=0.85)
+    return fully_reported(alone, stuck=0.85)
 
 
-def told_whole(tuning: OwnTuning, stuck: float = 1.0) -> OwnTuning:
-    """The same with intervals of all that the filter does not know, on a vertical piston that never
-    slid of a share.
+def fully_reported(tuning: OwnTuning, stuck: float = 1.0) -> OwnTuning:
+    """The same with intervals as wide as the filter's own uncertainty; on a vertical piston that
+    never slid, of the share `stuck` of it.
     """
     return replace(
         tuning,
-        told_sliding=1.0,
-        told_begun=1.0,
-        told_constants=1.0,
-        told_resting=1.0,
-        told_stopped=1.0,
-        told_loaded=1.0,
-        told_stuck=stuck,
-        told_led=stuck,
+        reported_sliding=1.0,
+        reported_begun=1.0,
+        reported_constants=1.0,
+        reported_resting=1.0,
+        reported_stopped=1.0,
+        reported_loaded=1.0,
+        reported_stuck=stuck,
+        reported_led=stuck,
         spread_share=1.0,
         spread_stuck=stuck,
     )

@@ -14,7 +14,7 @@ from testbed.estimation.detectors.base import DROP, Hold, scaled, scores_over, s
 from testbed.estimation.detectors.combined import Held
 from testbed.estimation.detectors.sample import Sampler
 from testbed.estimation.detectors.table import detector_of
-from testbed.estimation.estimator import estimator_of, told_of
+from testbed.estimation.estimator import answer_of, estimator_of
 from testbed.estimation.live.contact import ContactState, limits_at, step
 from testbed.formats.intervals import sd_of
 from testbed.machine.names import LEGS
@@ -96,10 +96,10 @@ class SelectedEstimator:
         estimate.
 
         The estimator is handed a copy: what it keeps stays as it was, and what it writes to is
-        its own. Raises InputError as told_of: nothing could stand on such a load.
+        its own. Raises InputError as answer_of: nothing could stand on such a load.
         """
         row = rows.copy()[0]
-        loads, low, high = told_of(self._estimator, row, "estimator.method", self._name)
+        loads, low, high = answer_of(self._estimator, row, "estimator.method", self._name)
         rows["estimate"]["own"], interval = loads, rows["estimate_own"]
         interval["low"], interval["high"] = low, high
         interval["sd"] = interval["spread"] = sd_of((low, high))

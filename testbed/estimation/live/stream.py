@@ -1,14 +1,14 @@
-"""The whole robot's estimates and contact states from a real controller, sample by sample, whatever
-comes late or not at all.
+"""Estimates and contact states for a real controller, sample by sample, even where samples come
+late or not at all: of the whole robot (`Stream`), or of feet whose force is known (`Feet`).
 
     stream = Stream(believed)          # the estimators' belief, as `testbed estimate` builds it
     row = DataRow.zeros()              # fill in what was measured, by name
     row["t"], row["pressure_a"][:] = ...
     told = stream.update(row)          # with estimates: told["estimate"]["own"], told["contact"]
 
-It is the code of a run and of a recording, and gives the same numbers, whatever comes late or not
-at all (joined.py). `known` says which feet's states still rest on a sample. Behind a clock that was
-set back every sample is too late: make a new stream then.
+The same code serves runs and recordings, and gives the same numbers; joined.py says what becomes of
+late and missing samples. `known` says which feet's states still rest on a recent sample. After a
+clock was set back every sample is too late: make a new stream then.
 """
 
 from __future__ import annotations
@@ -171,7 +171,7 @@ class Stream:
     def __init__(self, believed: Believed, detector: str | None = None) -> None:
         self._chain, self._dt_s, self._named = EstimatorChain(believed), believed.dt_s, detector
         self._detector = self._fresh_detector()
-        self._told = DataRow.zeros()
+        self._row = DataRow.zeros()
         self._last: Array | None = None
         self._seen_s = np.full(len(LEGS), -np.inf)
 
@@ -183,7 +183,7 @@ class Stream:
         """Whether each foot had a whole sample within KNOWN_S of the last one that came in time,
         (4,).
         """
-        return np.asarray(self._told["t"][0] - self._seen_s <= KNOWN_S, dtype=bool)
+        return np.asarray(self._row["t"][0] - self._seen_s <= KNOWN_S, dtype=bool)
 
     def update(self, row: NDArray[Any]) -> NDArray[Any]:
         """One sample: DataRow (1,) -> DataRow (1,) with its estimates; the last one where it comes
@@ -192,7 +192,7 @@ class Stream:
         sample = DataRow.as_table(row)[0]
         found = arrived(self._last, sample, self._dt_s)
         if found is None:
-            return self._told.copy()
+            return self._row.copy()
         if found.anew:
             self._chain.forget()
             self._detector = self._fresh_detector()
@@ -202,10 +202,10 @@ class Stream:
         for measured in found.rows:
             self._step(measured)
         self._last = found.rows[-1]
-        return self._told.copy()
+        return self._row.copy()
 
     def _step(self, measured: Array) -> None:
-        DataRow.as_table(self._told)[0, MEASURED] = measured[MEASURED]
-        self._chain.step(self._told)
+        DataRow.as_table(self._row)[0, MEASURED] = measured[MEASURED]
+        self._chain.step(self._row)
         if self._detector is not None:
-            self._detector.fill(self._told)
+            self._detector.fill(self._row)

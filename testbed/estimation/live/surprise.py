@@ -1,31 +1,31 @@
-"""How much further from its belief the machine seems to be than its tolerances or its commissioning
-say. Compiled.
+"""Surprise: by how much the machine differs from what is believed of it more than its tolerances,
+or its commissioning, allow. Compiled.
 
-The filter knows beforehand how far each unknown may be off: s, its standard deviation. What it
-finds of it, x, and the variance P that is left are then such that, on a machine as it was believed,
+Each unknown of the filter has a prior standard deviation s. If the machine is as believed, the
+estimate x and the posterior variance P satisfy
 
     mean of sum (x / s)^2  =  sum (1 - P / s^2)
 
-whatever is observed: what nothing shows adds nothing to either side. A machine with half a tonne
-that nobody declared, or ropes three degrees from where they were surveyed, makes the left side
-larger. How much more each s should have been is then not known exactly, but by an inverse gamma
-distribution; with a prior worth `worth` unknowns that the machine is as believed, its mean is about
+whatever is observed; an unknown that nothing reveals adds nothing to either side. On a machine with
+an undeclared half tonne, or with ropes three degrees from where they were surveyed, the left side
+is larger. Let all s^2 be too small by one common factor. With an inverse gamma prior that weighs as
+much as `worth` unknowns, the posterior mean of that factor is about
 
     surprise = (worth + sum (x / s)^2) / (worth + sum (1 - P / s^2))
 
-Constants enter as they are now, friction's deviations at the vertical pistons and the errors of the
-balance as means over `memory`. Where the surprise is more than 1, intervals are wider by its square
-root. A zero that is set free (faulty_sensor.py) is explained, and left out.
+Constants enter as they are now; friction's deviations at the vertical pistons and the errors of the
+balance enter as means over `memory`. Where the surprise exceeds 1, intervals are wider by its
+square root. A freed zero (faulty_sensor.py) is explained, and left out.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from testbed.compiled import njit
-from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.doubt import DOUBTED
+from testbed.estimation.live import unknowns
+from testbed.estimation.live.fusion import Fusion, is_freed
+from testbed.estimation.live.unknowns import VERTICAL_EQUATIONS
 from testbed.formats.records import Record, quantity
 from testbed.machine.names import VERTICAL
 
@@ -60,14 +60,14 @@ def share_found(deviation: float, left: float, before: float) -> tuple[float, fl
 
 
 @njit
-def of_constants(fusion: Any) -> tuple[float, float]:
+def of_constants(fusion: Fusion) -> tuple[float, float]:
     """Sums over the machine's constants."""
     x, p, known, sizes = fusion.x, fusion.p, fusion.suspicion.known, fusion.sizes
     found = expected = 0.0
-    for index in range(len(fu.CONSTANTS)):
+    for index in range(len(unknowns.CONSTANTS)):
         before = known[index] ** 2
-        if index < fu.OUT:
-            before = 0.0 if fu.is_freed(fusion, index) else sizes.zero_sd[index] ** 2
+        if index < unknowns.OUT:
+            before = 0.0 if is_freed(fusion, index) else sizes.zero_sd[index] ** 2
         square, share = share_found(x[index], p[index, index], before)
         found += square
         expected += share
@@ -75,19 +75,19 @@ def of_constants(fusion: Any) -> tuple[float, float]:
 
 
 @njit
-def of_moment(fusion: Any) -> tuple[float, float]:
+def of_moment(fusion: Fusion) -> tuple[float, float]:
     """Sums over friction's deviations at the vertical pistons, and the errors of the balance that
     vertical cylinders make up.
     """
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
     found = expected = 0.0
     for cylinder in VERTICAL:
-        k = fu.DEVIATION + cylinder
+        k = unknowns.DEVIATION + cylinder
         square, share = share_found(x[k], p[k, k], sizes.spread[cylinder] ** 2)
         found += square
         expected += share
-    for equation in DOUBTED:
-        k = fu.BALANCE + equation
+    for equation in VERTICAL_EQUATIONS:
+        k = unknowns.BALANCE + equation
         square, share = share_found(x[k], p[k, k], sizes.doubted_sd[equation] ** 2)
         found += square
         expected += share
@@ -95,8 +95,8 @@ def of_moment(fusion: Any) -> tuple[float, float]:
 
 
 @njit
-def follow_surprise(fusion: Any, numbers: Any, state: Any) -> None:
-    """Take one balance: Fusion after it, SurpriseNumbers, SurpriseState."""
+def follow_surprise(fusion: Fusion, numbers: SurpriseNumbers, state: SurpriseState) -> None:
+    """Update the surprise after one balance."""
     if numbers.worth <= 0.0:
         state.level = NONE
         return
@@ -114,6 +114,6 @@ def follow_surprise(fusion: Any, numbers: Any, state: Any) -> None:
 
 
 @njit
-def widening(state: Any) -> float:
+def widening(state: SurpriseState) -> float:
     """By how much intervals are wider for it, 1 or more."""
     return math.sqrt(max(state.level, NONE))

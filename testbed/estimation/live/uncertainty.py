@@ -1,5 +1,5 @@
-"""How sure a robot is of what it believes of itself: a machine's tolerances as built, or what its
-commissioning left.
+"""How uncertain a robot's belief about itself is: by the tolerances of a machine as built, or by
+what its commissioning left.
 
 `Uncertainty` gives the standard deviation of a number by its name in the tolerance file
 (workshop.yaml): a path of the machine, or effect@place.parameter. `constants` makes of these what
@@ -16,7 +16,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from testbed.estimation.live.fusion import Constants
+from testbed.estimation.live.unknowns import Constants
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, SIDES
 from testbed.recording.rows import XYZ

@@ -10,17 +10,16 @@ are those of the ground on the foot, body frame, N.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from testbed.compiled import njit
 from testbed.estimation.filters import persistent
-from testbed.estimation.live import doubt, faulty_sensor
-from testbed.estimation.live import fusion as fu
+from testbed.estimation.live import doubt, faulty_sensor, unknowns
 from testbed.estimation.live.axis import Loads, step_axis
 from testbed.estimation.live.belly_support import something_else_carries
 from testbed.estimation.live.body_acceleration import add_fast_changes
+from testbed.estimation.live.body_records import BodyBelief, BodyState
 from testbed.estimation.live.body_stirred import moving_variance, stir
 from testbed.estimation.live.body_wrench import write_body_wrench
 from testbed.estimation.live.cylinder_errors import (
@@ -35,21 +34,29 @@ from testbed.estimation.live.cylinder_errors import (
     write_cylinder_weights,
     write_leg_weights,
 )
+from testbed.estimation.live.fusion import observe, predict, start, stay_in_sets
+from testbed.estimation.live.reported_shares import follow_force, just_begun
 from testbed.estimation.live.surprise import NONE as NO_SURPRISE
 from testbed.estimation.live.surprise import follow_surprise, widening
-from testbed.estimation.live.told_friction import follow_force, just_begun
 from testbed.estimation.live.wrench import (
+    DOWN,
     MOMENT,
+    OUT,
+    X,
+    Y,
+    Z,
     add_force,
     foot_point,
     gravity_in_body,
     leg_map,
     of_leg,
 )
+from testbed.formats.arrays import Array
 from testbed.formats.intervals import Z90
-from testbed.machine.names import JOINTS, LEGS, ROTATION, VERTICAL
+from testbed.machine.names import AXES, JOINTS, LEGS, ROTATION, SIDES, VERTICAL
+from testbed.recording.rows import DataRow, Interval
 from testbed.robot.linkage import joint_to_cylinder
-from testbed.robot.loads import foot_forces as ff
+from testbed.robot.loads.foot_forces import foot_forces
 from testbed.robot.model import write_rotation
 from testbed.robot.rope_bearings import follow
 
@@ -62,9 +69,9 @@ standard deviation of this one (E).
 
 
 @njit
-def update_sizes(row: Any, body: Any, state: Any) -> None:
-    """Fill fusion.sizes: how large the unknowns of the filter may have become since the last
-    balance, from the means over that time.
+def update_sizes(row: DataRow, body: BodyBelief, state: BodyState) -> None:
+    """Fill fusion.sizes: how far the unknowns of the filter may have moved since the last balance,
+    from the means over that time.
     """
     sizes, means, dt = state.fusion.sizes, state.means, body.every * body.decisions.dt
     warm = row.oil_temperature - body.calibrated_at
@@ -72,15 +79,13 @@ def update_sizes(row: Any, body: Any, state: Any) -> None:
     suspicion = state.fusion.suspicion
     suspicion.memory, suspicion.threshold = body.blame_memory, body.blame_threshold
     sizes.balance_keep = math.exp(-dt / body.balance_keep)
-    for index in range(12):
+    for index in range(len(AXES)):
         axis, belief = state.axes[index], body.axes[index]
         keep_s = body.sliding_keep if axis.slides >= 1.0 else body.rest_keep
         sizes.keep[index] = 0.0 if axis.changed != 0.0 else math.exp(-dt / keep_s)
         axis.changed = 0.0
         sizes.spread[index] = axis.spread
-        if index % 3 == 2:
-            sizes.alike[index // 3] = body.alike * (1.0 - math.exp(-axis.rested / body.alike_after))
-        variance = body.known[fu.ZERO + index] ** 2 + (belief.thermal_sd * warm) ** 2
+        variance = body.known[unknowns.ZERO + index] ** 2 + (belief.thermal_sd * warm) ** 2
         sizes.zero_sd[index] = math.sqrt(variance)
         sizes.zero_grown[index] = (
             max(variance - state.zero_variance[index], 0.0) + body.zero_wander * dt
@@ -90,16 +95,19 @@ def update_sizes(row: Any, body: Any, state: Any) -> None:
         margin += body.set_margin * (axis.high - axis.low)
         sizes.low[index] = axis.low - axis.friction - margin
         sizes.high[index] = axis.high - axis.friction + margin
-    for k in range(6):
-        sizes.balance_sd[k] = body.balance_sd[k]
-    sizes.balance_sd[2] += body.drill_share * abs(row.ordered_thrust)
-    for k in range(3):
-        sizes.balance_sd[k] += body.rope_share * (means.rope_tension[0] + means.rope_tension[1])
+    for leg in range(len(LEGS)):
+        rested = state.axes[VERTICAL[leg]].rested
+        sizes.alike[leg] = body.alike * (1.0 - math.exp(-rested / body.alike_after))
+    for equation in range(len(unknowns.WRENCH)):
+        sizes.balance_sd[equation] = body.balance_sd[equation]
+    sizes.balance_sd[UP] += body.drill_share * abs(row.ordered_thrust)
+    for along in range(MOMENT):
+        sizes.balance_sd[along] += body.rope_share * (means.rope_tension[0] + means.rope_tension[1])
     doubt.widen_balance(sizes, state.doubt)
 
 
 @njit
-def take_means(body: Any, state: Any) -> Any:
+def take_means(body: BodyBelief, state: BodyState) -> Array:
     """Turn the sums since the last balance into means, and clear the sums.
 
     Returns the body's angular acceleration (3), rad/s2. Also sets `sizes.news` of every vertical
@@ -120,31 +128,30 @@ def take_means(body: Any, state: Any) -> Any:
     for index in range(3):
         sums.angular_rate[index] = sums.specific_force[index] = 0.0
     state.unsteady = body.weight / body.gravity * math.sqrt(change)
-    for index in range(2):
-        tension = sums.rope_tension[index] / count
-        means.rope_tension[index] = (tension - body.pin_zero[index]) / body.pin_gain[index]
-        sums.rope_tension[index] = 0.0
-    for index in range(4):
-        for j in range(3):
-            means.foot_force[index, j] = sums.foot_force[index, j] / count
-            sums.foot_force[index, j] = 0.0
-    for i in range(12):
-        force = sums.cylinder_force[i] / count
-        sizes.news[i] = 0.0
-        if i % 3 == 2:
-            slides = state.axes[i].slides
-            follow_force(force, slides, state.ranges[i // 3])
-            if slides < 1.0 and started:
-                change = abs(force - means.cylinder_force[i])
-                sizes.news[i] = (body.news_share * max(change - body.news_noise, 0.0)) ** 2
-        means.cylinder_force[i] = force
-        sums.cylinder_force[i] = 0.0
+    for rope in range(len(SIDES)):
+        tension = sums.rope_tension[rope] / count
+        means.rope_tension[rope] = (tension - body.pin_zero[rope]) / body.pin_gain[rope]
+        sums.rope_tension[rope] = 0.0
+    for leg in range(len(LEGS)):
+        for axis in range(3):
+            means.foot_force[leg, axis] = sums.foot_force[leg, axis] / count
+            sums.foot_force[leg, axis] = 0.0
+        piston = VERTICAL[leg]
+        force, slides = sums.cylinder_force[piston] / count, state.axes[piston].slides
+        follow_force(force, slides, state.ranges[leg])
+        sizes.news[piston] = 0.0
+        if slides < 1.0 and started:
+            change = abs(force - means.cylinder_force[piston])
+            sizes.news[piston] = (body.news_share * max(change - body.news_noise, 0.0)) ** 2
+    for index in range(len(AXES)):
+        means.cylinder_force[index] = sums.cylinder_force[index] / count
+        sums.cylinder_force[index] = 0.0
     state.count = 0.0
     return angular_acceleration
 
 
 @njit
-def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
+def balance(row: DataRow, arms: Array, body: BodyBelief, state: BodyState) -> None:
     """One step of the filter: the errors of the cylinder forces, from the means since the last one.
 
     arms (12): the rod's way by the joint's, m/rad for rotations and 1 otherwise.
@@ -155,10 +162,10 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
     angular_acceleration = take_means(body, state)
     update_sizes(row, body, state)
     if first:
-        fu.start(fusion, body.known)
+        start(fusion, body.known)
         state.started = 1.0
     else:
-        fu.predict(fusion)
+        predict(fusion)
     maps, on_ground = np.zeros((4, 3, 3)), np.ones(4)
     for leg in range(len(LEGS)):
         leg_map(body.legs[leg], of_leg(row.position, leg), of_leg(arms, leg), maps[leg])
@@ -173,12 +180,12 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
         balance_body(row, angular_acceleration, maps, on_ground, body, state)
     if body.only_pushes != 0.0:
         learn_no_pull(maps, body, state)
-    fu.stay_in_sets(fusion)
+    stay_in_sets(fusion)
     if body.balances != 0.0:
         cost, believable = doubt.cost_of_balance(fusion), doubt.believable_cost(state.axes, body)
         state.doubt = doubt.followed(state.doubt, cost, believable, body)
         follow_surprise(fusion, body.surprise, state.surprise)
-    weights = np.zeros(fu.N)
+    weights = np.zeros(unknowns.COUNT)
     for leg in range(len(LEGS)):
         for axis in range(3):
             write_leg_weights(leg, maps[leg, axis], state, weights)
@@ -187,7 +194,7 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
 
 
 @njit
-def follow_ropes(row: Any, on_ground: Any, body: Any, state: Any) -> None:
+def follow_ropes(row: DataRow, on_ground: Array, body: BodyBelief, state: BodyState) -> None:
     """Bring the ropes' directions up to date; on_ground (4): feet that are not in the air.
 
     Feet that carry nothing do not say how the body goes: they may hang, or feel for the ground.
@@ -211,7 +218,12 @@ def follow_ropes(row: Any, on_ground: Any, body: Any, state: Any) -> None:
 
 @njit
 def balance_body(
-    row: Any, angular_acceleration: Any, maps: Any, on_ground: Any, body: Any, state: Any
+    row: DataRow,
+    angular_acceleration: Array,
+    maps: Array,
+    on_ground: Array,
+    body: BodyBelief,
+    state: BodyState,
 ) -> None:
     """Observe the body's six equations: the wrenches of the feet that carry, of weight, ropes and
     drill sum to zero, but for the error of the balance itself.
@@ -222,7 +234,7 @@ def balance_body(
     the body's acceleration, since seals, encoders and pressures respond to the start of a motion
     with different delays.
     """
-    rows = np.zeros((6, fu.N))
+    rows = np.zeros((6, unknowns.COUNT))
     wrench = write_body_wrench(row, angular_acceleration, body, state, rows)
     point, column, effect = np.empty(3), np.empty(3), np.empty(6)
     slides = True
@@ -239,11 +251,11 @@ def balance_body(
                 column[axis] = maps[leg, axis, joint]
             effect[:] = 0.0
             add_force(effect, column, point)
-            for equation in range(6):
+            for equation in range(len(unknowns.WRENCH)):
                 write_cylinder_weights(cylinder, effect[equation], axis_state, rows[equation])
     variance = np.empty(6)
-    for equation in range(6):
-        rows[equation, fu.BALANCE + equation] = 1.0
+    for equation in range(len(unknowns.WRENCH)):
+        rows[equation, unknowns.BALANCE + equation] = 1.0
         is_force = equation < MOMENT
         variance[equation] = body.force_variance if is_force else body.moment_variance
     variance[UP] += (body.blow_share * row.ordered_thrust) ** 2
@@ -255,36 +267,35 @@ def balance_body(
         reach[0], reach[1] = body.belly_length, body.belly_width
         faulty_sensor.take_balance(rows, wrench, variance, reach, state.fusion)
     shows = slides and row.ordered_thrust == 0.0
-    for equation in range(6):
-        learns = equation in faulty_sensor.SEEN and shows
+    for equation in range(len(unknowns.WRENCH)):
+        learns = equation in unknowns.VERTICAL_EQUATIONS and shows
         if learns:
             variance[equation] *= 1.0 + (UNSTEADY * state.unsteady) ** 2 / body.force_variance
         missing, error = wrench[equation], variance[equation]
-        fu.observe(state.fusion, rows[equation], missing, error, body.gate, learns)
+        observe(state.fusion, rows[equation], missing, error, body.gate, learns)
 
 
 @njit
-def step_body(row: Any, body: Any, state: Any) -> None:
-    """Advance the estimate by one step: reads the measured part of `row` (a DataRow) and writes its
-    `own` estimates, N. body, state: BodyBelief and BodyState.
+def step_body(row: DataRow, body: BodyBelief, state: BodyState) -> None:
+    """Advance the estimate by one step: reads the measured part of `row` and writes its `own`
+    estimates, N.
     """
     extension, arms = np.empty(12), np.empty(12)
     joint_to_cylinder(row.position, body.linkages, extension, arms)
     joints, lift = state.joints, state.motion.lift
-    for index in range(12):
-        axis = state.axes[index]
-        readings = row.pressure_a[index], row.pressure_b[index], extension[index]
-        loads = loads_of(index, state.last_force[index // 3], arms[index])
+    for leg in range(len(LEGS)):
         # A foot in the air carries no load: what its cylinders seem to push is friction.
-        if state.in_air[index // 3] >= body.air_dwell:
-            loads = Loads(0.0, 0.0)
-        step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[index], axis)
-        joints.position[index] = row.position[index]
-        joints.rate[index], joints.acceleration[index] = (
-            axis.speed / arms[index],
-            axis.acceleration / arms[index],
-        )
-        joints.torque[index] = (axis.force - axis.friction) * arms[index]
+        in_air = state.in_air[leg] >= body.air_dwell
+        for joint in range(len(JOINTS)):
+            index = ROTATION[leg] + joint
+            axis, arm = state.axes[index], arms[index]
+            readings = row.pressure_a[index], row.pressure_b[index], extension[index]
+            loads = Loads(0.0, 0.0) if in_air else rod_loads(joint, state.last_force[leg], arm)
+            step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[index], axis)
+            joints.position[index] = row.position[index]
+            joints.rate[index] = axis.speed / arm
+            joints.acceleration[index] = axis.acceleration / arm
+            joints.torque[index] = (axis.force - axis.friction) * arm
     force, up, rotation, normals = np.zeros((4, 3)), np.zeros(4), np.zeros((3, 3)), np.zeros((4, 3))
     attitude = np.empty(2)
     attitude[0] = row.attitude[0] - body.unit_roll
@@ -292,7 +303,7 @@ def step_body(row: Any, body: Any, state: Any) -> None:
     gravity_in_body(attitude, body.gravity, lift)
     for k in range(3):
         rotation[k, k], lift[k] = 1.0, -lift[k]
-    ff.foot_forces(body.legs, joints, rotation, state.motion, normals, force, up)
+    foot_forces(body.legs, joints, rotation, state.motion, normals, force, up)
     gather(row, force, state)
     if state.count >= body.every or (state.started == 0.0 and state.count > 0.0):
         balance(row, arms, body, state)
@@ -300,45 +311,45 @@ def step_body(row: Any, body: Any, state: Any) -> None:
 
 
 @njit
-def loads_of(axis: int, foot_force: Any, arm: float) -> Loads:
-    """The loads on the rod of an axis, from the force (3) on its foot in the last step and the arm
-    of its linkage.
+def rod_loads(joint: int, foot_force: Array, arm: float) -> Loads:
+    """The loads on the rod at a joint of a leg (TURN, OUT, DOWN), from the force (3) on its foot in
+    the last step and the arm of its linkage.
     """
-    if axis % 3 == 2:
-        across = math.sqrt(foot_force[0] ** 2 + foot_force[1] ** 2)
-        return Loads(foot_force[2] / arm, across)
-    return Loads(0.0, abs(foot_force[2]) if axis % 3 == 1 else 0.0)
+    if joint == DOWN:
+        return Loads(foot_force[Z] / arm, math.sqrt(foot_force[X] ** 2 + foot_force[Y] ** 2))
+    return Loads(0.0, abs(foot_force[Z]) if joint == OUT else 0.0)
 
 
 @njit
-def gather(row: Any, force: Any, state: Any) -> None:
+def gather(row: DataRow, force: Array, state: BodyState) -> None:
     """Add this step to the sums of the next balance; a step with a missing sample is left out."""
     sums = state.sums
     whole = row.rope_tension[0] + row.rope_tension[1]
-    for index in range(4):
-        for j in range(3):
-            whole += force[index, j]
+    for leg in range(len(LEGS)):
+        for axis in range(3):
+            whole += force[leg, axis]
     if not math.isfinite(whole):
         return
-    for index in range(4):
-        for j in range(3):
-            sums.foot_force[index, j] += force[index, j]
-    for index in range(2):
-        sums.rope_tension[index] += row.rope_tension[index]
+    for leg in range(len(LEGS)):
+        for axis in range(3):
+            sums.foot_force[leg, axis] += force[leg, axis]
+    for rope in range(len(SIDES)):
+        sums.rope_tension[rope] += row.rope_tension[rope]
     for index in range(3):
         sums.angular_rate[index] += row.angular_rate[index]
         sums.specific_force[index] += row.specific_force[index]
-    for i in range(12):
-        sums.cylinder_force[i] += state.axes[i].force
+    for index in range(len(AXES)):
+        sums.cylinder_force[index] += state.axes[index].force
     state.count += 1.0
 
 
 @njit
-def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
+def answer(row: DataRow, arms: Array, force: Array, body: BodyBelief, state: BodyState) -> None:
     """Subtract the estimated errors from the foot forces (4, 3), filter them, and write them into
     the row with their uncertainty.
     """
     map_, loads, own, interval = np.empty((3, 3)), np.empty(4), row.own, row.estimate_own
+    wider = widening(state.surprise)
     for leg in range(len(LEGS)):
         leg_map(body.legs[leg], of_leg(row.position, leg), of_leg(arms, leg), map_)
         for joint in range(len(JOINTS)):
@@ -352,11 +363,10 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
             if math.isfinite(force[leg, axis]):
                 state.level[leg, axis] = level + share * (force[leg, axis] - level)
             state.last_force[leg, axis] = state.level[leg, axis]
-        own.x[leg], own.y[leg] = state.level[leg, 0], state.level[leg, 1]
-        wider = widening(state.surprise)
+        own.x[leg], own.y[leg] = state.level[leg, X], state.level[leg, Y]
         own.x_sd[leg], own.y_sd[leg] = (
-            wider * state.force_sd[leg, 0],
-            wider * state.force_sd[leg, 1],
+            wider * state.force_sd[leg, X],
+            wider * state.force_sd[leg, Y],
         )
     if body.shakes != 0.0:
         add_fast_changes(row.specific_force[UP], loads, body, state.shaken)
@@ -372,12 +382,12 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
 
 
 @njit
-def bounds(leg: int, load: float, body: Any, state: Any, interval: Any) -> None:
+def bounds(leg: int, load: float, body: BodyBelief, state: BodyState, interval: Interval) -> None:
     """Write the standard deviation, the 90 % interval and the spread of a foot's load (N) into
     `interval`.
     """
     piston, filtered = state.axes[VERTICAL[leg]], state.filters[leg].estimate.variance
-    slides, begun = piston.slides, just_begun(piston, body.told)
+    slides, begun = piston.slides, just_begun(piston, body.reported)
     moving = slides**2 * moving_variance(load, begun, body, state.stirred)
     sd = math.sqrt(state.force_sd[leg, UP] ** 2 + (filtered + moving)) * widening(state.surprise)
     other = filtered + (slides * body.moving_sd) ** 2

@@ -7,13 +7,16 @@ A wrench (6) is a force and its moment about the body's origin, body frame, N an
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from testbed.compiled import njit
+from testbed.estimation.live.body_records import BodyBelief
+from testbed.formats.arrays import Array
 from testbed.machine.names import JOINTS, LEGS, ROTATION, SIDES
-from testbed.robot.loads import foot_forces as ff
+from testbed.recording.rows import DataRow
+from testbed.robot.loads.foot_forces import LegNumbers, turn_z
 from testbed.robot.model import write_rotation
 
 X, Y, Z = 0, 1, 2
@@ -24,7 +27,7 @@ TURN, OUT, DOWN = 0, 1, 2
 
 
 @njit
-def gravity_in_body(attitude: Any, gravity: float, out: Any) -> None:
+def gravity_in_body(attitude: Array, gravity: float, out: Array) -> None:
     """Gravity's vector (3) in the body frame, m/s2, at roll, pitch, yaw."""
     roll, pitch = attitude[0], attitude[1]
     out[X] = gravity * math.sin(pitch)
@@ -33,7 +36,7 @@ def gravity_in_body(attitude: Any, gravity: float, out: Any) -> None:
 
 
 @njit
-def turn_out_of_unit(vector: Any, roll: float, pitch: float) -> None:
+def turn_out_of_unit(vector: Array, roll: float, pitch: float) -> None:
     """A vector (3), in place, into the body frame from an inertial unit that is mounted Ry(pitch)
     Rx(roll).
     """
@@ -47,28 +50,27 @@ def turn_out_of_unit(vector: Any, roll: float, pitch: float) -> None:
 
 
 @njit
-def of_leg(values: Any, leg: int) -> Any:
+def of_leg(values: Array, leg: int) -> Array:
     """A leg's three (a view) of twelve values in the order of AXES."""
     return values[ROTATION[leg] : ROTATION[leg] + len(JOINTS)]
 
 
 @njit
-def from_hip(leg: Any, centre: Any, turn: float, out: float) -> tuple[float, float]:
+def from_hip(leg: LegNumbers, centre: Array, turn: float, out: float) -> tuple[float, float]:
     """Where a point that is at `centre` (x, y) from the hip with all joints at 0 has gone, x and y
     from the hip, m: `out` along the radial joint, then turned by `turn`, rad.
     """
     x, y = centre[X] + leg.radial[X] * out, centre[Y] + leg.radial[Y] * out
-    turned: tuple[float, float] = ff.turn_z(turn, x, y)
-    return turned
+    return turn_z(turn, x, y)
 
 
 @njit
-def leg_map(leg: Any, q: Any, arms: Any, out: Any) -> None:
+def leg_map(leg: LegNumbers, q: Array, arms: Array, out: Array) -> None:
     """Out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint
     positions q (3) with the cylinders' arms (3).
     """
     turning, sliding, lifting = arms[TURN], arms[OUT], arms[DOWN]
-    radial_x, radial_y = ff.turn_z(q[TURN], leg.radial[X], leg.radial[Y])
+    radial_x, radial_y = turn_z(q[TURN], leg.radial[X], leg.radial[Y])
     foot_x, foot_y = from_hip(leg, leg.foot, q[TURN], q[OUT])
     reach = foot_x * radial_x + foot_y * radial_y
     aside = -foot_x * radial_y + foot_y * radial_x
@@ -80,14 +82,14 @@ def leg_map(leg: Any, q: Any, arms: Any, out: Any) -> None:
 
 
 @njit
-def foot_point(leg: Any, q: Any, height: float, out: Any) -> None:
+def foot_point(leg: LegNumbers, q: Array, height: float, out: Array) -> None:
     """Underside of the foot in the body frame, m (3)."""
     x, y = from_hip(leg, leg.foot, q[TURN], q[OUT])
     out[X], out[Y], out[Z] = leg.hip[X] + x, leg.hip[Y] + y, height - q[DOWN]
 
 
 @njit
-def add_force(wrench: Any, force: Any, point: Any) -> None:
+def add_force(wrench: Array, force: Array, point: Array) -> None:
     """Wrench (6) += force (3) at point (3), about the body's origin."""
     for axis in range(3):
         wrench[axis] += force[axis]
@@ -101,25 +103,27 @@ class View(NamedTuple):
     turned on the body.
     """
 
-    rotation: Any
+    rotation: Array
     """Body to world (3, 3)."""
-    gravity: Any
+    gravity: Array
     """Body frame (3), m/s2."""
-    specific_force: Any
+    specific_force: Array
     """Acceleration of the body's origin less gravity, body frame (3), m/s2."""
 
 
 class Pulls(NamedTuple):
     """What the ropes do."""
 
-    tension: Any
+    tension: Array
     """(2,) N."""
-    direction: Any
+    direction: Array
     """(2, 3) towards the anchors, world frame."""
 
 
 @njit
-def view_of(attitude: Any, specific_force: Any, roll: float, pitch: float, gravity: float) -> View:
+def view_of(
+    attitude: Array, specific_force: Array, roll: float, pitch: float, gravity: float
+) -> View:
     """What an inertial unit that is turned by roll and pitch shows of the body; attitude (3) and
     specific_force (3) are its readings.
     """
@@ -136,12 +140,12 @@ def view_of(attitude: Any, specific_force: Any, roll: float, pitch: float, gravi
 
 
 @njit
-def other_wrench(row: Any, view: View, turning: Any, pulls: Pulls, body: Any) -> Any:
+def other_wrench(row: DataRow, view: View, turning: Array, pulls: Pulls, body: BodyBelief) -> Array:
     """Wrench (6) of weight, inertia, ropes and drill.
 
-    row: DataRow (posture, what the drill's controls know). The view's
-    specific force and `turning` (3) rad/s2 (angular acceleration) carry the body and the inner
-    links; frames and feet stand still and carry gravity alone.
+    row: posture, and what the drill's controls know. Body and inner links move with the view's
+    specific force and the angular acceleration `turning` (3) rad/s2; frames and feet stand still
+    and feel gravity alone.
     """
     wrench, force = np.zeros(6), np.empty(3)
     for axis in range(3):
@@ -161,7 +165,7 @@ def other_wrench(row: Any, view: View, turning: Any, pulls: Pulls, body: Any) ->
 
 
 @njit
-def rope_direction(view: View, direction: Any, out: Any) -> None:
+def rope_direction(view: View, direction: Array, out: Array) -> None:
     """A rope's direction (3) of the world frame in the body frame."""
     for index in range(3):
         out[index] = 0.0
@@ -170,7 +174,7 @@ def rope_direction(view: View, direction: Any, out: Any) -> None:
 
 
 @njit
-def add_links(wrench: Any, leg: Any, q: Any, view: View) -> None:
+def add_links(wrench: Array, leg: LegNumbers, q: Array, view: View) -> None:
     """Wrench (6) += weight and inertia of a leg's three links at joint positions q (3)."""
     force, point = np.empty(3), np.empty(3)
     for joint in range(len(JOINTS)):
@@ -185,7 +189,7 @@ def add_links(wrench: Any, leg: Any, q: Any, view: View) -> None:
 
 
 @njit
-def add_drill(wrench: Any, row: Any, gravity: Any, body: Any) -> None:
+def add_drill(wrench: Array, row: DataRow, gravity: Array, body: BodyBelief) -> None:
     """Wrench (6) += what the drill's controls know: thrust, torque, rods in the hole, mast and
     store.
     """

@@ -149,7 +149,7 @@ def _without_normal(
         pushed[row] = strain[FIRST + row]
         for column in range(2):
             reduced[row, column] = compliance[FIRST + row, FIRST + column]
-    slides: bool = _tangential(reduced, pushed, bound, tangential, by_strain, by_bound)
+    slides = _tangential(reduced, pushed, bound, tangential, by_strain, by_bound)
     force[NORMAL], force[FIRST], force[SECOND] = 0.0, tangential[0], tangential[1]
     for row in range(3):
         for column in range(3):

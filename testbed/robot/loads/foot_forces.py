@@ -19,12 +19,13 @@ there.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.formats.records import Record, part, quantity
+from testbed.formats.arrays import Array
+from testbed.formats.records import Record, Records, part, quantity
 from testbed.machine.names import AXES, JOINTS, ROTATION
 
 XYZ = ("x", "y", "z")
@@ -99,11 +100,11 @@ def turn_z(angle: float, x: float, y: float) -> tuple[float, float]:
 
 
 @njit
-def link_motion(leg: Any, link: int, first: int, joints: Any, rho: Any) -> Centre:
+def link_motion(leg: LegNumbers, link: int, first: int, joints: JointMotion, rho: Array) -> Centre:
     """How the centre of mass of a link (TURN, OUT, DOWN: the joint that it goes with) moves as seen
     from the body; its place from the hip into `rho` (3), m.
 
-    leg: LegNumbers; joints: JointMotion, of which this leg's begin at `first`.
+    joints: those of this leg begin at `first`.
     """
     turn, out, down = first + TURN, first + OUT, first + DOWN
     slides, lowers = link >= OUT, link == DOWN
@@ -134,7 +135,13 @@ def link_motion(leg: Any, link: int, first: int, joints: Any, rho: Any) -> Centr
 
 @njit
 def link_force(
-    leg: Any, link: int, first: int, joints: Any, bodies: Any, force: Any, rho: Any
+    leg: LegNumbers,
+    link: int,
+    first: int,
+    joints: JointMotion,
+    bodies: Records[BodyMotion],
+    force: Array,
+    rho: Array,
 ) -> float:
     """Force m (a - g) of a link (TURN, OUT, DOWN) into `force` (3), its centre from the hip into
     `rho` (3); returns e_z . d/dt (I w), N m.
@@ -142,8 +149,7 @@ def link_force(
     a = lift + alpha x s + w x (w x s) + 2 w x v + a', with s the centre from the point whose lift
     is given, v and a' its motion as seen from the turning body (link_motion).
 
-    leg: LegNumbers; joints: JointMotion, of which this leg's begin at `first`; bodies: array of one
-    BodyMotion, in the body frame.
+    joints: those of this leg begin at `first`; bodies: (1), in the body frame.
     """
     seen = link_motion(leg, link, first, joints, rho)
     body, moved = bodies[0], leg.links[link]
@@ -165,8 +171,8 @@ def link_force(
 
 
 @njit
-def in_body_frame(rotation: Any, world: Any, bodies: Any) -> None:
-    """BodyMotion `world` of the world frame into bodies[0] of the body frame; rotation (3, 3) body
+def in_body_frame(rotation: Array, world: BodyMotion, bodies: Records[BodyMotion]) -> None:
+    """The motion `world` in the world frame into bodies[0] in the body frame; rotation (3, 3) body
     to world.
     """
     body = bodies[0]
@@ -184,14 +190,19 @@ def in_body_frame(rotation: Any, world: Any, bodies: Any) -> None:
 
 @njit
 def foot_forces(
-    legs: Any, joints: Any, rotation: Any, motion: Any, normals: Any, out: Any, out_normal: Any
+    legs: Records[LegNumbers],
+    joints: JointMotion,
+    rotation: Array,
+    motion: BodyMotion,
+    normals: Array,
+    out: Array,
+    out_normal: Array,
 ) -> None:
     """Force of the ground on each foot (4, 3), world frame, N, and its part along its ground's
     normal (4).
 
-    legs (4) LegNumbers; joints (JointMotion) and rotation (3, 3) before the step, accelerations
-    over it; motion: BodyMotion in the world frame over the step; normals (4, 3) of the ground,
-    world frame.
+    joints and rotation (3, 3) before the step, accelerations over it; motion: in the world frame
+    over the step; normals (4, 3) of the ground, world frame.
     """
     bodies = np.empty(1, BODY_MOTION)
     in_body_frame(rotation, motion, bodies)

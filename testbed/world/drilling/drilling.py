@@ -199,8 +199,8 @@ def drill_known(drill: Drilling, known: Any) -> Any:
     return known
 
 
-class Told:
-    """Tells the board and the row what a drill does and what its controls know, whenever that
+class DrillReporter:
+    """Writes what a drill does to the board, and what its controls know to the row, whenever either
     changes.
     """
 
@@ -208,8 +208,8 @@ class Told:
         self._drill = drill
         self._last: tuple[float, ...] = ()
 
-    def tell(self, boards: NDArray[Any], row: Any) -> None:
-        """Write to an array of one Board and to one DataRow."""
+    def report(self, boards: NDArray[Any], row: Any) -> None:
+        """Write to an array of one Board and to the running row."""
         drill, on_board = self._drill, boards["drill"]
         ordered = drill.ordered.thrust, drill.ordered.torque
         now = (*drill.loads.numbers(), *ordered, drill.stored_kg)

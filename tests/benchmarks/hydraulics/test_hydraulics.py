@@ -23,13 +23,9 @@ from testbed.benchmarks.hydraulics.benchmark import (
 )
 from testbed.benchmarks.hydraulics.kernel_speed import compare_speed
 from testbed.errors import InputError
+from testbed.laws.axis_records import AxisInput, AxisState
 from testbed.laws.holding import PILOT_CHECK
-from testbed.laws.hydraulics import (
-    AxisInput,
-    AxisState,
-    hydraulic_step,
-    mean_of_nodes,
-)
+from testbed.laws.hydraulics import hydraulic_step, mean_of_nodes
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, VAPOUR_PA, effective_bulk_modulus, enthalpy
 from testbed.laws.supply import (

@@ -320,11 +320,11 @@ class CrawlGait:
         if phase.doing is Activity.SEARCH:
             return self._search(phase, dt, measured)
         if phase.doing is Activity.SEAT:
-            return share >= 1.0 and self._seated(phase, share, load_n)
+            return share >= 1.0 and self._seated(phase, load_n)
         lead_s = self._plan.manner.lead_s if self._queue else 0.0
         return self._way_clock >= self._way.duration_s - lead_s
 
-    def _seated(self, phase: Phase, share: float, load_n: float) -> bool:
+    def _seated(self, phase: Phase, load_n: float) -> bool:
         """Whether seating is over: the foot carries load, or has to search again, or its time is
         up.
         """

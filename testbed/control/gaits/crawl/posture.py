@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -79,7 +78,13 @@ class Levelling:
 
 @njit
 def move_feet(
-    feet: Any, body: Any, standing: Any, turned: Any, share: float, diagonal: Any, lift_m: float
+    feet: Array,
+    body: Array,
+    standing: Flags,
+    turned: Array,
+    share: float,
+    diagonal: Array,
+    lift_m: float,
 ) -> None:
     """Move standing feet (4, 3) by a share of what the body has turned by (3, 3), and along
     `diagonal` (4) by `lift_m`.

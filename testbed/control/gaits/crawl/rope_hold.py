@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -143,18 +143,16 @@ class RopeHold:
         if not self._any:
             return 1.0
         ways, pull, shared = self.ways_m, self.pull_n, self.shared
-        share: float = rope_readiness(ways, pull, body, measured_n, part, shared)
-        return share
+        return rope_readiness(ways, pull, body, measured_n, part, shared)
 
     def _wanted(self, body: Array) -> tuple[float, float]:
         if not self._any:
             return 0.0, 0.0
-        wanted: tuple[float, float] = wanted_at(self.ways_m, self.pull_n, body)
-        return wanted
+        return wanted_at(self.ways_m, self.pull_n, body)
 
 
 @njit
-def rope_directions(ways: Any, body: Any, out: Any) -> None:
+def rope_directions(ways: Array, body: Array, out: Array) -> None:
     """Fill `out` (2, 3) by unit vectors towards the anchors with the body at `body` (3)."""
     for index in range(ways.shape[0]):
         x, y, z = ways[index, 0] - body[0], ways[index, 1] - body[1], ways[index, 2] - body[2]
@@ -163,7 +161,7 @@ def rope_directions(ways: Any, body: Any, out: Any) -> None:
 
 
 @njit
-def wanted_tensions(directions: Any, pull: Any) -> tuple[float, float]:
+def wanted_tensions(directions: Array, pull: Array) -> tuple[float, float]:
     """Tensions, N, of ropes along `directions` (2, 3) whose pull along the slope is `pull` (2)."""
     lx, ly, rx, ry = directions[0, 0], directions[0, 1], directions[1, 0], directions[1, 1]
     px, py = pull[0], pull[1]
@@ -181,7 +179,7 @@ def wanted_tensions(directions: Any, pull: Any) -> tuple[float, float]:
 
 
 @njit
-def wanted_at(ways: Any, pull: Any, body: Any) -> tuple[float, float]:
+def wanted_at(ways: Array, pull: Array, body: Array) -> tuple[float, float]:
     """Wanted tensions, N, with the body at `body` (3)."""
     directions = np.empty((2, 3))
     rope_directions(ways, body, directions)
@@ -191,7 +189,7 @@ def wanted_at(ways: Any, pull: Any, body: Any) -> tuple[float, float]:
 
 @njit
 def rope_readiness(
-    ways: Any, pull: Any, body: Any, measured_n: Any, part: float, shared: bool
+    ways: Array, pull: Array, body: Array, measured_n: Array, part: float, shared: bool
 ) -> float:
     """See RopeHold.readiness."""
     if shared:
@@ -205,11 +203,11 @@ def rope_readiness(
     least, most = 1.0 + (least - 1.0) / part, 1.0 + (most - 1.0) / part
     slack = (least - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
     tight = (TIGHT_SHARE - most) / (TIGHT_SHARE - FIRM_SHARE)
-    return float(min(max(min(slack, tight), 0.0), 1.0))
+    return min(max(min(slack, tight), 0.0), 1.0)
 
 
 @njit
-def pull_share(ways: Any, pull: Any, body: Any, measured_n: Any) -> float:
+def pull_share(ways: Array, pull: Array, body: Array, measured_n: Array) -> float:
     """How much of the wanted `pull` (2) along the slope both ropes have together, 1."""
     directions = np.empty((2, 3))
     rope_directions(ways, body, directions)
@@ -222,14 +220,14 @@ def pull_share(ways: Any, pull: Any, body: Any, measured_n: Any) -> float:
 
 @njit
 def rope_rates(
-    ways: Any,
-    pull: Any,
-    body: Any,
-    before: Any,
+    ways: Array,
+    pull: Array,
+    body: Array,
+    before: Array,
     dt: float,
-    measured_n: Any,
+    measured_n: Array,
     by: TensionGains,
-    out: Any,
+    out: Array,
 ) -> None:
     """See RopeHold.rates_m_s."""
     directions = np.empty((2, 3))

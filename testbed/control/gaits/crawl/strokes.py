@@ -1,5 +1,5 @@
-"""What the ropes' traction devices are at, reckoned from what they were told: nothing on board says
-where their pistons are.
+"""Where the pistons of the ropes' traction devices are, computed from the commands: no sensor
+measures it.
 
 A device at the end of its stroke goes back while a clamp holds its rope, and one that is not wanted
 for a moment does so as well (laws/traction.py). So a body that rests altogether while one device
@@ -14,11 +14,13 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.formats.arrays import Array, Flags
+from testbed.formats.records import Records
 from testbed.laws.traction import (
     GRIPPED,
     IDLE_S,
     RESERVE_M,
     STILL_M_S,
+    TractionParameters,
     TractionState,
     goes_back_at_rest,
     traction_step,
@@ -116,7 +118,12 @@ class Strokes:
 
 @njit
 def follow_strokes(
-    states: Any, device: Any, rates: Any, tension: Any, supply_pa: float, dt: float
+    states: Records[TractionState],
+    device: Records[TractionParameters],
+    rates: Array,
+    tension: Array,
+    supply_pa: float,
+    dt: float,
 ) -> None:
     """See Strokes.follow."""
     for side in range(states.shape[0]):

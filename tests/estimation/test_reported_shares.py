@@ -8,15 +8,15 @@ from typing import Any
 import pytest
 
 from testbed.estimation.live.axis import AxisState
-from testbed.estimation.live.told_friction import (
+from testbed.estimation.live.reported_shares import (
     ForceRange,
-    ToldShares,
+    ReportedShares,
     follow_force,
-    told_of_constants,
-    told_of_friction,
+    share_of_constants,
+    share_of_friction,
 )
 
-SHARES = ToldShares.one(
+SHARES = ReportedShares.one(
     sliding=0.6,
     begun=1.4,
     begun_s=0.1,
@@ -37,7 +37,7 @@ def told(gone_n: float, has_slid: float, slides: float = 0.0) -> float:
     axis.low, axis.high = -0.5 * WIDTH_N, 0.5 * WIDTH_N
     axis.has_slid, axis.slides, axis.slid = has_slid, slides, 9.0
     ends.low, ends.high = -3000.0, -3000.0 + gone_n
-    return told_of_friction(axis, ends, NOISE_N, SHARES)
+    return share_of_friction(axis, ends, NOISE_N, SHARES)
 
 
 def ends_after(*samples: tuple[float, float]) -> Any:
@@ -77,15 +77,15 @@ def test_a_slide_that_has_just_begun_tells_more_than_one_that_lasts(
 ) -> None:
     axis, ends = AxisState.zeros()[0], ForceRange.zeros()[0]
     axis.slides, axis.has_slid, axis.slid = 1.0, 1.0, slid_s
-    friction = told_of_friction(axis, ends, NOISE_N, SHARES)
+    friction = share_of_friction(axis, ends, NOISE_N, SHARES)
     assert friction == pytest.approx(0.6 + 0.8 * left)
-    assert told_of_constants(axis, SHARES) == pytest.approx(1.0 - 0.2 * (1.0 - left))
+    assert share_of_constants(axis, SHARES) == pytest.approx(1.0 - 0.2 * (1.0 - left))
 
 
 def test_of_constants_more_is_told_at_rest() -> None:
     axis = AxisState.zeros()[0]
     axis.slid = 5.0
-    assert told_of_constants(axis, SHARES) == 1.3
+    assert share_of_constants(axis, SHARES) == 1.3
 
 
 def test_a_range_begins_with_the_first_force_and_anew_where_the_piston_slides() -> None:
