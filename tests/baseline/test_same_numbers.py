@@ -13,6 +13,10 @@ RANGE_SHARE = 1e-9
 way.
 """
 FIGURE_SHARE = 1e-3
+PARTED_SHARE = 0.05
+"""Figures agree within the first share, or within the second where readings part on the way: feet
+that touch and slide carry the last bit in which processors differ on.
+"""
 SURELY_ROWS = 5
 """So many first rows agree in any case: no encoder or converter rounds differently before."""
 
@@ -44,5 +48,7 @@ def test_a_run_gives_the_numbers_it_gave(name: str, tmp_path: Path) -> None:
     first, culprit = _first_difference(name, before.columns, now.columns)
     assert first >= SURELY_ROWS, f"{culprit} differs from row {first} on"
     assert now.verdict == before.verdict
+    parts = first < len(next(iter(before.columns.values())))
+    share = PARTED_SHARE if parts else FIGURE_SHARE
     for figure, value in before.figures.items():
-        assert now.figures[figure] == pytest.approx(value, rel=FIGURE_SHARE), figure
+        assert now.figures[figure] == pytest.approx(value, rel=share), figure
