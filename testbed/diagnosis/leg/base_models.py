@@ -289,8 +289,8 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
         start = Point(friction, Edges(), problem.believed)
         coordinates = [restarted(coordinate, start) for coordinate in coordinates]
     coordinates += within_tolerance(problem)
-    usual = usual_of_legs(problem)
-    coordinates += [one for effect in usual for one in _usual_coordinates(effect.effect)]
+    usual = usual_effects(problem)
+    coordinates += [one for effect in usual for one in _usual_coordinates(problem, effect.effect)]
     effects = (*problem.believed, *usual)
     fit = solve(problem, coordinates, Point(friction, Edges(), effects), iterations=20)
     if problem.kind == "vertical-leg":
@@ -325,28 +325,29 @@ def within_tolerance(problem: Problem) -> list[Coordinate]:
     return out
 
 
-def usual_of_legs(problem: Problem) -> tuple[Active, ...]:
-    """The effects that a sound leg has a little of, none of them there yet: no findings."""
-    if problem.kind != "vertical-leg":
-        return ()
+def usual_effects(problem: Problem) -> tuple[Active, ...]:
+    """The effects that a sound rig of this kind has a little of, none of them there yet: no
+    findings.
+    """
     found, _ = available(problem)
     return tuple(
         Active(effect, effect.complete({effect.required[0]: 0.0}))
         for effect in found
-        if effect.usual_on_legs
+        if effect.usual_on(problem.kind, problem.sample_s)
     )
 
 
-def _usual_coordinates(effect: Effect) -> list[Coordinate]:
-    """How much a sound leg has of an effect, within what is usual."""
-    assert effect.usual_on_legs is not None
-    low, high = effect.usual_on_legs
+def _usual_coordinates(problem: Problem, effect: Effect) -> list[Coordinate]:
+    """How much a sound rig has of an effect, within what is usual."""
+    usual = effect.usual_on(problem.kind, problem.sample_s)
+    assert usual is not None
+    low, high = usual
     (first, *_) = effect.coordinates()
     return [replace(first, start=0.0, low=low, high=high, prior=(0.0, USUAL_SD * high))]
 
 
 USUAL_SD = 0.5
-"""Standard deviation of what a sound leg has of an effect, as a share of the largest (E)."""
+"""Standard deviation of what a sound rig has of an effect, as a share of the largest (E)."""
 
 
 def _held_to_declared(problem: Problem, fit: Fit) -> Fit:

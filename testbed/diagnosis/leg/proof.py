@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from testbed.diagnosis.leg.alike import alike
 from testbed.diagnosis.leg.at_speed import share_at_speed
 from testbed.diagnosis.leg.entries import entries_of, memory_of, worth_interval
 from testbed.diagnosis.leg.evidence import evidence, of_residual
@@ -30,7 +31,7 @@ from testbed.diagnosis.leg.points import DECLARED, HELD, point, restarted
 from testbed.diagnosis.leg.prediction import block_covariance, held_out
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.resampled import Names, wins
-from testbed.diagnosis.leg.rivals import share_of, untold
+from testbed.diagnosis.leg.rivals import share_of
 from testbed.diagnosis.leg.runs import RunErrors, Runs, overall, worst_ratio
 from testbed.diagnosis.leg.search import Candidate, Search
 from testbed.effects import by_name
@@ -278,19 +279,19 @@ def without(state: Search, candidate: Candidate, name: str) -> Candidate:
             coordinate
             for coordinate in state.refit.fit.coordinates
             if (coordinate.owner, coordinate.name) in taken - set(owned(fitted))
+            or coordinate.owner == name
         ]
         off = state.refit.fit.at.off
+        others = tuple(active for active in fitted.at.effects if active.effect.name != name)
+        usual = tuple(one for one in state.refit.fit.at.effects if one.effect.name == name)
         at = replace(
             fitted.at,
-            effects=tuple(effect for effect in fitted.at.effects if effect.effect.name != name),
+            effects=(*others, *usual),
             off={one.name: off[one.name] for one in tolerated if one.name in off}
             | dict(fitted.at.off),
         )
-        coordinates = [
-            restarted(coordinate, at)
-            for coordinate in (*fitted.coordinates, *tolerated)
-            if coordinate.owner != name
-        ]
+        kept = (one for one in fitted.coordinates if one.owner != name)
+        coordinates = [restarted(coordinate, at) for coordinate in (*kept, *tolerated)]
         fit = solve(state.problem, coordinates, at)
         names = tuple(key for key in candidate.names if key != name)
         state.tried[rest] = Candidate(names, fit, evidence(state.problem, fit))
@@ -317,8 +318,10 @@ def _at_speed(state: Search, kept: Candidate, name: str) -> float | None:
 
 
 def repeated(state: Search, kept: Candidate, name: str, won: Mapping[Names, float]) -> float:
-    """Share of draws that would name an effect of a set again, or one that it is not told from."""
-    return share_of(name, untold(state, kept, name), won)
+    """Share of draws that would name an effect of a set again, or one that does the same along
+    these motions: which of them a draw prefers does not say that nothing is there.
+    """
+    return share_of(name, alike(state, kept, name), won)
 
 
 def _excludes_zero(state: Search, fit: Fit, entry: EffectEntry, memory: float) -> bool:
@@ -337,10 +340,11 @@ def _excludes_zero(state: Search, fit: Fit, entry: EffectEntry, memory: float) -
         most = MOST * declared * known.tolerance(number)
         return low + moved > most or high + moved < -most
     if effect.within_a_sample and state.problem.kind == "drive":
-        sample_s = 1.0 / min(one.full_rate_hz for one in state.problem.series)
+        sample_s = state.problem.sample_s
         return low > sample_s or high < -sample_s
-    if effect.usual_on_legs is not None and state.problem.kind == "vertical-leg":
-        return low > effect.usual_on_legs[1] or high < effect.usual_on_legs[0]
+    usual = effect.usual_on(state.problem.kind, state.problem.sample_s)
+    if usual is not None:
+        return low > usual[1] or high < usual[0]
     if low > 0.0 or high < 0.0:
         return True
     worth = worth_interval(fit, effect, memory, block_covariance(state.problem, fit))
