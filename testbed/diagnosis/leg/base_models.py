@@ -301,8 +301,8 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
 
 
 def within_tolerance(problem: Problem) -> list[Coordinate]:
-    """How far a bench's declared bore and, where its chamber shows, rod, and a drive's mass, are
-    off, as shares: priors, and no findings. A mass that nobody declares stays as good as free
+    """How far a bench's declared bore and, where its chamber shows, rod, and the mass of benches
+    and drives, are off, as shares: priors, and no findings. A mass that nobody declares stays as good as free
     beside whatever else is fitted.
 
     A leg's declared numbers are those of a machine that was measured: they stay.
@@ -313,8 +313,7 @@ def within_tolerance(problem: Problem) -> list[Coordinate]:
     numbers = ["bore_m"] if problem.kind == "cylinder" else []
     if numbers and all(series.signals.pressure_b_pa is not None for series in problem.series):
         numbers.append("rod_m")
-    if problem.kind == "drive" or "moving_mass_kg" in unknown:
-        numbers.append("moving_mass_kg")
+    numbers.append("moving_mass_kg")
     out = []
     for number in numbers:
         width = UNKNOWN_SHARE if number in unknown else known.tolerance(number)

@@ -44,9 +44,9 @@ Names = tuple[str, ...]
 class BenchSigns:
     """What a verdict on a bench rests on.
 
-    `excess`: force residual over what a sound bench leaves, mean of the recordings' logarithms; `memory`:
-    its correlation time, bins; `closed`: logarithm of the error of runs left out, by `identify`
-    over with the names that are left, 0 where none is;
+    `excess`: force residual over what a sound bench leaves, mean of the recordings' logarithms;
+    `memory`: its correlation time, bins; `closed`: logarithm of the error of runs left out, by
+    `identify` over with the names that are left, 0 where none is;
     `generic_gain`, `generic_fall`: what generic terms add to them, where friction may differ from
     run to run with and without these terms; `gain`: that of the names over the refit;
     `repeated`: least share of draws of one of them; `companion`: share by which a channel that
@@ -124,7 +124,9 @@ def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> 
     generic = steady(state.problem, found.generic.evidence, found.generic.fit)
     errors = proof.run_errors
     usual = found.usual
-    floors = {key: float(np.hypot(floor, usual.get(key, 0.0))) for key, floor in found.floors.items()}
+    floors = {
+        key: float(np.hypot(floor, usual.get(key, 0.0))) for key, floor in found.floors.items()
+    }
     closed = overall(errors["identify"]) / overall(errors["after"]) if proof.kept.names else 1.0
     return BenchSigns(
         excess=float(np.log(excess_over(left, floors))),

@@ -1,5 +1,5 @@
-"""What a sound leg or bench leaves because no formula of friction or of an orifice is true to the last per
-mille, however fine its sensors are.
+"""What a sound leg or bench leaves because no formula of friction or of an orifice is true to the
+last per mille, however fine its sensors are.
 """
 
 from __future__ import annotations

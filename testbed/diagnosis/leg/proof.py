@@ -79,7 +79,7 @@ class Proof:
     """The set that is left, `won` by share of draws, why others are not said, and the errors of
     runs left out.
 
-    `run_errors`: `identify`, `refit`, `after` -> run -> N.
+    `run_errors`: `identify`, `refit` as it is written, `after` -> run -> N.
     """
 
     kept: Candidate
@@ -93,7 +93,7 @@ def proven(state: Search, recordings: tuple[Recording, ...]) -> Proof:
     """The names of the search's best set that pass their trials."""
     runs = Runs.of(state.problem, recordings)
     errors = _RunErrors(state, runs)
-    identified, refit = runs.identified(), errors.of(state.refit)
+    identified, refit = runs.identified(), runs.errors(state.refit.fit, as_written=True)
     kept, refused = _told(state, state.best or state.refit), {}
     won = wins(state)
     while kept.names:

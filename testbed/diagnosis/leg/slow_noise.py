@@ -1,5 +1,5 @@
-"""Noise of a bench's own sensors that averaging over a sample or two does not show: the flicker of a
-force or pressure channel, and what an analogue position sensor adds to the acceleration.
+"""Noise of a bench's own sensors that their last digits do not show: the flicker of a force or
+pressure channel, and what an analogue position sensor adds to the acceleration.
 
 A transducer and its amplifier have white noise and, below a corner, flicker, whose power goes with
 one over the frequency (Motchenbacher, Connelly: Low-Noise Electronic System Design, 1993, ch. 1).
@@ -96,7 +96,7 @@ def _spectrum(values: Array, series: Series, recording: Recording) -> tuple[Arra
     """
     rows = round(STRETCH_S * series.full_rate_hz)
     slides = (series.trusted & series.clear).astype(np.float64)
-    here = np.interp(recording.time_s, series.signals.time_s, slides) > 0.99
+    here = np.interp(recording.time_s, series.signals.time_s, slides) == 1.0
     along = np.concatenate([[0], np.cumsum(here)])
     starts = [
         start
@@ -110,7 +110,9 @@ def _spectrum(values: Array, series: Series, recording: Recording) -> tuple[Arra
     taper = np.hanning(rows)
     left = (stretches - stretches @ course @ course.T) * taper
     power = 2.0 * np.abs(np.fft.rfft(left, axis=1)) ** 2 / (series.full_rate_hz * np.sum(taper**2))
-    return np.fft.rfftfreq(rows, 1.0 / series.full_rate_hz), np.median(power, axis=0) / np.log(2.0)
+    density: Array = np.asarray(np.median(power, axis=0) / np.log(2.0), dtype=np.float64)
+    hertz: Array = np.asarray(np.fft.rfftfreq(rows, 1.0 / series.full_rate_hz), dtype=np.float64)
+    return hertz, density
 
 
 def _passed(series: Series, hertz: Array) -> Array:
