@@ -1,5 +1,5 @@
-"""A sensor's flicker is read off its spectrum while the piston slides one way: white noise has none,
-reversals of friction make none, and in a fit's bins it is as large as it is there.
+"""A sensor's flicker is read off its spectrum while the piston slides one way: white noise has
+none, reversals of friction make none, and in a fit's bins it is as large as it is there.
 """
 
 from __future__ import annotations

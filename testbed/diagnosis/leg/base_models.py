@@ -302,8 +302,8 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
 
 def within_tolerance(problem: Problem) -> list[Coordinate]:
     """How far a bench's declared bore and, where its chamber shows, rod, and the mass of benches
-    and drives, are off, as shares: priors, and no findings. A mass that nobody declares stays as good as free
-    beside whatever else is fitted.
+    and drives, are off, as shares: priors, and no findings. A mass that nobody declares stays as
+    good as free beside whatever else is fitted.
 
     A leg's declared numbers are those of a machine that was measured: they stay.
     """

@@ -61,8 +61,8 @@ class Runs:
         return cls(problem, runs, series_of(runs, problem.base.known))
 
     def errors(self, fit: Fit, as_written: bool = False) -> RunErrors:
-        """Every run as predicted by the fit's form, refitted on the other runs; `as_written`: by the
-        model that is written of it, which has no effect but those that are believed.
+        """Every run as predicted by the fit's form, refitted on the other runs; `as_written`: by
+        the model that is written of it, which has no effect but those that are believed.
         """
         out = {}
         for index, left_out in enumerate(self.series):
