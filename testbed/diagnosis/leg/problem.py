@@ -160,11 +160,12 @@ class Problem:
 
     def as_read(self, model: LegModel, effects: Sequence[Active]) -> float:
         """The force that small errors of a bench's pressures make as declared, over the one that
-        they make with this bore, this rod and these gains.
+        they make with this bore, this rod and these gains, where that is more than 1.
 
         A smaller piston, or sensors that read too much, make less of every force, of all that the
         model misses as well: where nothing but a mass says how large forces are, a residual in N
-        would fall as both shrink, though nothing is explained.
+        would fall as both shrink, though nothing is explained. A larger one makes less of nothing:
+        what a position's noise makes of the mass stays.
         """
         if self.kind != "cylinder":
             return 1.0
@@ -174,7 +175,7 @@ class Problem:
             slopes = _slopes(self.series, self._signals(effects), effects)
             before = np.hypot(declared.area_a_m2, declared.area_b_m2 * (slopes[1] > 0.0))
             now = np.hypot(used.area_a_m2 * slopes[0], used.area_b_m2 * slopes[1])
-            self._read = (key, float(before / now) if now > 0.0 else 1.0)
+            self._read = (key, _not_less(float(before / now)) if now > 0.0 else 1.0)
         return self._read[1]
 
     def frictions_n(self, model: LegModel, effects: Sequence[Active]) -> list[Array]:
@@ -318,6 +319,16 @@ def _of_sensors(effects: Sequence[Active]) -> list[tuple[str, dict[str, float]]]
     """The effects that correct what sensors read, with their numbers."""
     sensors = [effect for effect in effects if effect.effect.overrides("correct")]
     return [(sensor.effect.name, dict(sensor.values)) for sensor in sensors]
+
+
+ROUNDED = 0.005
+"""Width of the corner at 1 of `_not_less`: a fit steps over it."""
+
+
+def _not_less(ratio: float) -> float:
+    """A ratio above 1, and 1 below it, with a round corner through (1, 1)."""
+    rise = float(np.logaddexp(0.0, (ratio - 1.0) / ROUNDED) - np.log(2.0))
+    return 1.0 + ROUNDED * rise
 
 
 SMALL_PA = 1e3

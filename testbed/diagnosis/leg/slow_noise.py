@@ -61,7 +61,8 @@ def slow_noise_n(problem: Problem, recordings: Sequence[Recording]) -> dict[Key,
             variance += float(np.trapezoid(found.flicker / hertz * passed, hertz))
         if read is not None:
             inertia = (mass * (2.0 * np.pi * hertz) ** 2) ** 2
-            variance += float(np.trapezoid(read.white * inertia * passed, hertz))
+            density = read.white + read.flicker / hertz
+            variance += float(np.trapezoid(density * inertia * passed, hertz))
         out["force", series.name] = float(np.sqrt(variance))
     return out
 

@@ -95,6 +95,14 @@ def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
     )
 
 
+def is_as_sound(problem: Problem, found: Candidate, recordings: Sequence[Recording]) -> bool:
+    """Whether a set of names leaves no more in any recording than a sound bench or drive does."""
+    floors = group_floors(problem, recordings, found.fit.at.friction)
+    usual = usual_of_benches(problem, found.fit, recordings)
+    beside = {key: float(np.hypot(floor, usual.get(key, 0.0))) for key, floor in floors.items()}
+    return excess_over(found.evidence, beside) <= 1.0
+
+
 def usual_of_benches(
     problem: Problem, fit: Fit, recordings: Sequence[Recording]
 ) -> dict[Key, float]:
