@@ -18,11 +18,15 @@ from testbed.benchmarks.estimators.identification_trials import (
     speed_profile,
 )
 from testbed.diagnosis.leg import proof
+from testbed.diagnosis.leg.alike import _numbers_for
 from testbed.diagnosis.leg.base_models import declared, fit_base, usual_effects, within_tolerance
-from testbed.diagnosis.leg.hypotheses import promise
+from testbed.diagnosis.leg.evidence import evidence
+from testbed.diagnosis.leg.hypotheses import fit_with, promise
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.proof import repeated
+from testbed.diagnosis.leg.proof import Trial, repeated
+from testbed.diagnosis.leg.search import Candidate
 from testbed.diagnosis.leg.series import series_of
+from testbed.diagnosis.leg.unexplained import is_as_sound
 from testbed.effects import by_name
 from testbed.effects.active import Active
 from testbed.effects.base import Effect
@@ -182,3 +186,31 @@ def test_draws_that_prefer_what_does_the_same_name_an_effect_again(
     won = {frozenset({"force.spring"}): 0.7, frozenset({"force.cushion", "inertia.mass"}): 0.3}
     kept = SimpleNamespace(names=("force.spring",))
     assert repeated(None, kept, "force.spring", won) == pytest.approx(1.0)  # type: ignore[arg-type]
+
+
+def test_a_declared_number_stands_for_a_name_only_within_its_tolerance() -> None:
+    """Friction that grows with the pressure is a share of all that a piston makes, but of a quarter
+    of it; three per cent of a mass are within what a workshop leaves.
+    """
+    problem = problem_of(lying(by_pressure=3e-5))
+    fit, _ = fit_base(problem)
+    with_it = fit_with(problem, fit, by_name("friction.pressure"))
+    assert _numbers_for(problem, with_it, "friction.pressure") == []
+    assert LYING.moving_mass_kg is not None
+    lighter = LYING.model_copy(update={"moving_mass_kg": 0.97 * LYING.moving_mass_kg})
+    problem = problem_of(lying(), lighter)
+    fit, _ = fit_base(problem)
+    with_it = fit_with(problem, fit, by_name("inertia.mass"))
+    assert "moving_mass_kg" in _numbers_for(problem, with_it, "inertia.mass")
+
+
+@pytest.mark.parametrize(("by_pressure", "sound"), [(0.0, True), (3e-5, False)])
+def test_what_leaves_no_more_than_a_sound_bench_needs_no_name(
+    by_pressure: float, sound: bool
+) -> None:
+    recordings = lying(by_pressure)
+    problem = problem_of(recordings)
+    fit, _ = fit_base(problem)
+    found = Candidate((), fit, evidence(problem, fit))
+    assert is_as_sound(problem, found, recordings) == sound
+    assert (Trial(True, 1.0, shows=not sound).failed is not None) == sound

@@ -49,9 +49,7 @@ def _numbers_for(problem: Problem, fit: Fit, name: str) -> list[str]:
     makes. Of a bore any force along the motion is a share: a whole piston less would make it.
     """
     owned = [(one.owner, one.name) for one in fit.coordinates]
-    declared = [
-        one.name for owner, one in zip(owned, fit.coordinates, strict=True) if owner[0] == DECLARED
-    ]
+    declared = [number for owner, number in owned if owner == DECLARED]
     size = next((place for place, (owner, _) in enumerate(owned) if owner == name), None)
     if size is None:
         return []
@@ -62,10 +60,11 @@ def _numbers_for(problem: Problem, fit: Fit, name: str) -> list[str]:
     columns = _without(_columns(problem, fit, {DECLARED}), shared)
     out = []
     for place, number in enumerate(declared):
-        coordinate = fit.coordinates[owned.index((DECLARED, number))]
-        column = columns[:, place : place + 1]
+        index = owned.index((DECLARED, number))
+        coordinate, column = fit.coordinates[index], columns[:, place : place + 1]
         needed = np.linalg.lstsq(column, made, rcond=None)[0].item() * coordinate.scale
-        if _reach(made, column) > COLLINEAR and coordinate.low <= needed <= coordinate.high:
+        within = coordinate.low <= float(fit.theta[index]) + needed <= coordinate.high
+        if within and _reach(made, column) > COLLINEAR:
             out.append(number)
     return out
 
