@@ -169,6 +169,18 @@ def test_pressures_as_late_as_a_converters_filter_makes_them_are_the_benches_own
     assert found[1] - found[0] == pytest.approx(0.7e-3, abs=1e-4)
 
 
+def test_a_slow_recorder_makes_no_bench_later_than_the_effect_may_be() -> None:
+    """At 100 Hz a fifth of a sample ahead is as far as a delay may be ahead at all."""
+    sparse = [one.part(slice(None, None, 12), one.name) for one in lying()]
+    problem = problem_of(sparse)
+    (usual,) = usual_effects(problem)
+    spec = usual.effect.spec(usual.effect.required[0])
+    assert usual.effect.usual_on("cylinder", problem.sample_s)[0] < spec.low  # type: ignore[index]
+    fit, _ = fit_base(problem)
+    (found,) = (one for one in fit.coordinates if one.owner == usual.effect.name)
+    assert spec.low <= found.low < found.high <= spec.high
+
+
 @pytest.mark.parametrize(("sample_s", "latest_s"), [(2e-4, TRANSDUCER_S), (5e-3, 5e-3)])
 def test_a_bench_is_late_by_a_transducer_or_a_sample(sample_s: float, latest_s: float) -> None:
     delay = by_name("sensor.delay")

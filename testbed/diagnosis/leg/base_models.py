@@ -342,6 +342,7 @@ def _usual_coordinates(problem: Problem, effect: Effect) -> list[Coordinate]:
     assert usual is not None
     low, high = usual
     (first, *_) = effect.coordinates()
+    low, high = max(low, first.low), min(high, first.high)
     return [replace(first, start=0.0, low=low, high=high, prior=(0.0, USUAL_SD * high))]
 
 
