@@ -96,9 +96,7 @@ class Effect:
     within_a_sample: ClassVar[bool] = False
     """Of a size within one sample of a drive's recorder it is the recorder's, and no finding."""
     usual_on_legs: ClassVar[tuple[float, float] | None] = None
-    """Between which sizes, SI, of its first parameter a sound leg has it, too: its base model has
-    as much of it as the recordings say, and it is no finding. None: a sound leg has none.
-    """
+    """Between which sizes, SI, of its first parameter a sound leg has it, too; see `usual_on`."""
     shows_at_speed: ClassVar[bool] = False
     """It moves the force of every motion: one that only slow motion shows is not it."""
     telling_motion: ClassVar[str] = ""
@@ -224,6 +222,13 @@ class Effect:
         return getattr(type(self), method) is not getattr(Effect, method)
 
     # -- its fit -----------------------------------------------------------------------------------
+    def usual_on(self, kind: str, sample_s: float) -> tuple[float, float] | None:
+        """Between which sizes, SI, of its first parameter a sound rig of this kind has it, too: the
+        base model has as much of it as the recordings say, and it is no finding. None: a sound one
+        has none. `sample_s`: time between two samples, s.
+        """
+        return self.usual_on_legs if kind == "vertical-leg" else None
+
     def unseen(self, observed: Observed) -> str | None:
         """Why these recordings cannot show it, though its channels are there; None where they
         can.

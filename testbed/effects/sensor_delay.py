@@ -54,6 +54,16 @@ class Delay(Effect):
     hides = {"delay": "pressure_delay_s"}
     bends = ("delay",)
 
+    def usual_on(self, kind: str, sample_s: float) -> tuple[float, float] | None:
+        """As late as any transducer; on a bench, whose recorder nobody declares, as late as the
+        filter before its converter, which is at most a sample (E: of second order at 0.4 of the
+        sampling rate 0.6 of one).
+        """
+        if kind != "cylinder":
+            return super().usual_on(kind, sample_s)
+        latest = max(TRANSDUCER_S, sample_s)
+        return (-0.2 * latest, latest)
+
     def correct(self, signals: Signals, values: Values) -> Signals:
         """What the sensor should have read; so far, the motion when it should have read it."""
         time = signals.time_s

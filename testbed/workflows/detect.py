@@ -195,6 +195,7 @@ def table(done: dict[str, Any]) -> tuple[str, list[str], list[list[str]]]:
         heads += [
             "losses",
             "missed",
+            "false alarms",
             "delay ms",
             "p95",
             "touchdown ms",
@@ -223,10 +224,11 @@ def _scored(found: dict[str, Any]) -> list[str]:
         return "" if found.get(name) is None else f"{1e3 * found[name]:.1f}"
 
     if found.get("losses") is None:
-        return [""] * 7
+        return [""] * 8
     return [
         str(found["losses"]),
         str(found["missed"]),
+        str(found["false_alarms"]),
         milliseconds("delay_median_s"),
         milliseconds("delay_p95_s"),
         milliseconds("touchdown_delay_median_s"),

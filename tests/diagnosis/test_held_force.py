@@ -72,17 +72,15 @@ def test_only_a_drive_is_commanded() -> None:
         ("drive", (3e-3, 5e-3), True),
         ("vertical-leg", (0.5e-3, 1.4e-3), False),
         ("vertical-leg", (2.0e-3, 3.0e-3), True),
+        ("cylinder", (1.0e-3, 1.9e-3), False),
+        ("cylinder", (2.1e-3, 3.0e-3), True),
     ],
 )
-def test_a_delay_is_told_beyond_a_drive_s_sample_and_what_a_leg_s_transducers_take(
+def test_a_delay_is_told_beyond_a_sample_and_what_a_leg_s_transducers_take(
     rig: str, interval_s: tuple[float, float], told: bool
 ) -> None:
     state: Any = SimpleNamespace(
-        problem=SimpleNamespace(
-            kind=rig,
-            base=SimpleNamespace(known=None),
-            series=(SimpleNamespace(full_rate_hz=500.0),),
-        )
+        problem=SimpleNamespace(kind=rig, base=SimpleNamespace(known=None), sample_s=2e-3)
     )
     size = Parameter(value=sum(interval_s) / 2.0, unit="s", interval90=interval_s)
     entry = EffectEntry(name="sensor.delay", parameters={"delay": size})

@@ -184,3 +184,34 @@ def test_a_rod_is_not_thicker_than_its_bore_and_without_chamber_b_is_none() -> N
     assert found is not None and found < KNOWN.bore_m
     one_chamber = replace(rows, pressure_b_pa=np.zeros(400))
     assert unknowns(one_chamber, rodless, "vertical-leg") == ([], [])
+
+
+@pytest.mark.parametrize("coarse_n", [0.0, 150.0])
+def test_a_bore_does_not_shrink_with_what_friction_leaves(coarse_n: float) -> None:
+    """Rows of a cylinder that lies and is free, with a force along the rows that no form has: of a
+    piston 6 % smaller 12 % less of it would be left, and nothing speaks for one.
+    """
+    known = KNOWN.model_copy(update={"inclination_deg": 90.0, "moving_mass_kg": 1.0})
+    rows = evidence()
+    left = coarse_n * np.sin(np.arange(400) / 7.0)
+    force = rows.force_n + left
+    in_a = (force + known.area_b_m2 * rows.pressure_b_pa + rows.acceleration_m_s2) / known.area_a_m2
+    found = fit_declared(replace(rows, force_n=force, pressure_a_pa=in_a), known, "cylinder")
+    assert found.known.bore_m == pytest.approx(known.bore_m, rel=1e-3)
+
+
+def test_a_bore_that_is_off_is_found_by_a_known_load() -> None:
+    """Beside a load of 20 kN a piston of 2 % more area shows, and friction comes out as it is."""
+    rows, known = evidence(), KNOWN.model_copy(update={"inclination_deg": 90.0})
+    assert known.moving_mass_kg is not None
+    load = np.random.default_rng(2).uniform(0.0, 2e4, 400)
+    inertia = known.moving_mass_kg * rows.acceleration_m_s2
+    across = rows.pressure_b_pa * known.area_b_m2
+    area = known.area_a_m2
+    in_b = rows.pressure_b_pa
+    larger = 1.02 * area
+    in_a = (rows.force_n + load + inertia + across + 0.02 * area * in_b) / larger
+    force = area * in_a - across - inertia - load
+    found = fit_declared(replace(rows, force_n=force, pressure_a_pa=in_a), known, "cylinder")
+    assert found.known.area_a_m2 == pytest.approx(larger, rel=2e-3)
+    np.testing.assert_allclose(found.evidence.force_n + found.offset_n, rows.force_n, atol=15.0)

@@ -21,7 +21,7 @@ from testbed.recording.checker.check import check_recording
 from testbed.recording.checker.forces import Forces
 from testbed.recording.checker.motion import Even
 from testbed.recording.checker.raw import Raw, read_raw, repetitions
-from testbed.recording.checker.sensors import check_frozen, spikes
+from testbed.recording.checker.sensors import check_frozen, check_spikes, spikes
 from testbed.recording.known import Known
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.run_folder import recording_meta
@@ -285,6 +285,20 @@ def test_a_counter_at_rest_flickers_by_a_count_and_a_spike_does_not() -> None:
     assert not spikes(1e-5 * counts).any()
     counts[2000] += 300
     assert np.flatnonzero(spikes(1e-5 * counts)).tolist() == [2000]
+
+
+@pytest.mark.parametrize(("row", "found"), [(500, 0), (503, 0), (750, 1), (300, 1)])
+def test_a_touchdown_within_a_row_is_no_spike_and_a_peak_of_a_foot_that_stands_is(
+    row: int, found: int
+) -> None:
+    """A foot in the air until row 500: what strikes it is over within 50 ms. In the air nothing
+    does.
+    """
+    time = np.arange(1000) / 100.0
+    force = np.where(time < 5.0, 0.0, 2000.0) + np.random.default_rng(0).normal(0.0, 5.0, 1000)
+    force[row] = 9000.0
+    raw = Raw("foot", "foot", None, time, {"force": force}, {}, {})
+    assert len(list(check_spikes(raw))) == found
 
 
 def test_a_scale_that_makes_one_force_outweigh_all_others_mends_no_balance() -> None:

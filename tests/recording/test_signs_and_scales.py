@@ -137,6 +137,19 @@ def test_a_load_cell_that_moves_alike_by_another_factor_has_another_scale(
     assert len(list(check_reference(forces, "load cell"))) == found
 
 
+@pytest.mark.parametrize("constant_n", [-6e4, 6e4])
+def test_a_constant_force_beside_the_load_is_no_other_scale(constant_n: float) -> None:
+    """A weight that nobody declares, or a gain of the other chamber: the swings are alike."""
+    even = piston(mass_kg=0.0)
+    load, pressure_b = even.series["reference"], even.series["pressure_b"]
+    pressure_a = (load + constant_n + pressure_b * KNOWN.area_b_m2) / KNOWN.area_a_m2
+    series = even.series | {"pressure_a": pressure_a}
+    still = np.zeros(len(load))
+    light = KNOWN.model_copy(update={"moving_mass_kg": 0.0})
+    forces = Forces(Even(RATE_HZ, still, still, series), light)
+    assert list(check_reference(forces, "load cell")) == []
+
+
 def test_slow_samples_say_nothing_of_frictions_direction() -> None:
     even = Even(RATE_HZ, np.array([0.0, 0.9, -1.1]) * MOVING_M_S, np.zeros(3), {})
     assert even.moving.tolist() == [False, False, True]

@@ -21,6 +21,7 @@ from testbed.estimation.contact_losses import LossRule
 from testbed.formats.table import write_columns
 from testbed.formats.yaml_files import read_mapping, write_yaml
 from testbed.recording.checker.check import check_recording
+from testbed.workflows.detect import table
 
 SAMPLES = Path(__file__).parents[1] / "data" / "first_version"
 WALK = Walk(noise=0.02, offset=0.01, duration_s=30.0)
@@ -134,6 +135,11 @@ def test_a_foot_is_scored_against_its_contact_channel_or_a_force(tmp_path: Path)
         assert set(found) >= KEYS and found["missed"] == 0 and found["losses"] > 5
         assert found["missed_s"] < 0.3 and found["false_flight_s"] < 0.5
     assert by_contact["reference"] == "channel contact"
+    _, heads, rows = table(by_contact)
+    shown = dict(zip(heads, rows[0], strict=True))
+    counted = by_contact["feet"]["foot"]
+    for head, key in (("losses", "losses"), ("missed", "missed"), ("false alarms", "false_alarms")):
+        assert shown[head] == str(counted[key])
     assert by_contact["scale"]["foot"]["nominal_load_from"] == "declared"
     written = pq.read_table(out)
     assert written.column_names == ["t", "contact_foot", "known_foot"]

@@ -32,6 +32,7 @@ FOUND: dict[str, Any] = {
 SCORED = {
     "losses": 4,
     "missed": 1,
+    "false_alarms": 3,
     "delay_median_s": 0.0125,
     "delay_p95_s": 0.05,
     "touchdown_delay_median_s": None,
@@ -71,6 +72,6 @@ def test_against_a_reference_delays_come_in_milliseconds_and_what_is_not_known_i
     title, heads, (scored, bare) = table(
         FOUND | {"reference": "cell", "feet": feet, "scale": scale}
     )
-    assert title.endswith(", against cell") and len(heads) == len(scored) == len(bare) == 13
-    assert scored[6:] == ["4", "1", "12.5", "50.0", "", "0.500", "0.125"]
-    assert bare[6:] == [""] * 7
+    assert title.endswith(", against cell") and len(heads) == len(scored) == len(bare) == 14
+    assert scored[6:] == ["4", "1", "3", "12.5", "50.0", "", "0.500", "0.125"]
+    assert bare[6:] == [""] * 8

@@ -33,10 +33,7 @@ def alike(state: Search, chosen: Candidate, name: str) -> tuple[str, ...]:
     def same(other: Array) -> bool:
         return _reach(added, _without(other, shared)) > COLLINEAR
 
-    numbers = [coordinate.name for coordinate in fit.coordinates if coordinate.owner == DECLARED]
-    found = [
-        f"{DECLARED}.{number}" for number in numbers if same(_columns(problem, fit, {DECLARED}))
-    ]
+    found = [f"{DECLARED}.{number}" for number in _numbers_for(problem, fit, name)]
     rest = frozenset(chosen.names) - {name}
     for names, rival in state.tried.items():
         others = names - rest
@@ -45,6 +42,31 @@ def alike(state: Search, chosen: Candidate, name: str) -> tuple[str, ...]:
             if other != name and same(_columns(problem, rival.fit, {other})):
                 found.append(other)
     return tuple(found)
+
+
+def _numbers_for(problem: Problem, fit: Fit, name: str) -> list[str]:
+    """Declared numbers any of which, within its bounds, makes what the first parameter of a name
+    makes. Of a bore any force along the motion is a share: a whole piston less would make it.
+    """
+    owned = [(one.owner, one.name) for one in fit.coordinates]
+    declared = [number for owner, number in owned if owner == DECLARED]
+    size = next((place for place, (owner, _) in enumerate(owned) if owner == name), None)
+    if size is None:
+        return []
+    shared = _columns(problem, fit, {owner for owner, _ in owned} - {name, DECLARED})
+    first = fit.coordinates[size]
+    times = (1.0 if first.log else float(fit.theta[size])) / first.scale
+    made = _without(_columns(problem, fit, {name})[:, :1], shared) * times
+    columns = _without(_columns(problem, fit, {DECLARED}), shared)
+    out = []
+    for place, number in enumerate(declared):
+        index = owned.index((DECLARED, number))
+        coordinate, column = fit.coordinates[index], columns[:, place : place + 1]
+        needed = np.linalg.lstsq(column, made, rcond=None)[0].item() * coordinate.scale
+        within = coordinate.low <= float(fit.theta[index]) + needed <= coordinate.high
+        if within and _reach(made, column) > COLLINEAR:
+            out.append(number)
+    return out
 
 
 def _columns(problem: Problem, fit: Fit, owners: Collection[str]) -> Array:

@@ -289,8 +289,8 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
         start = Point(friction, Edges(), problem.believed)
         coordinates = [restarted(coordinate, start) for coordinate in coordinates]
     coordinates += within_tolerance(problem)
-    usual = usual_of_legs(problem)
-    coordinates += [one for effect in usual for one in _usual_coordinates(effect.effect)]
+    usual = usual_effects(problem)
+    coordinates += [one for effect in usual for one in _usual_coordinates(problem, effect.effect)]
     effects = (*problem.believed, *usual)
     fit = solve(problem, coordinates, Point(friction, Edges(), effects), iterations=20)
     if problem.kind == "vertical-leg":
@@ -301,9 +301,9 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
 
 
 def within_tolerance(problem: Problem) -> list[Coordinate]:
-    """How far a bench's declared bore and, where its chamber shows, rod, and a drive's mass, are
-    off, as shares: priors, and no findings. A mass that nobody declares stays as good as free
-    beside whatever else is fitted.
+    """How far a bench's declared bore and, where its chamber shows, rod, and the mass of benches
+    and drives, are off, as shares: priors, and no findings. A mass that nobody declares stays as
+    good as free beside whatever else is fitted.
 
     A leg's declared numbers are those of a machine that was measured: they stay.
     """
@@ -313,8 +313,7 @@ def within_tolerance(problem: Problem) -> list[Coordinate]:
     numbers = ["bore_m"] if problem.kind == "cylinder" else []
     if numbers and all(series.signals.pressure_b_pa is not None for series in problem.series):
         numbers.append("rod_m")
-    if problem.kind == "drive" or "moving_mass_kg" in unknown:
-        numbers.append("moving_mass_kg")
+    numbers.append("moving_mass_kg")
     out = []
     for number in numbers:
         width = UNKNOWN_SHARE if number in unknown else known.tolerance(number)
@@ -325,28 +324,30 @@ def within_tolerance(problem: Problem) -> list[Coordinate]:
     return out
 
 
-def usual_of_legs(problem: Problem) -> tuple[Active, ...]:
-    """The effects that a sound leg has a little of, none of them there yet: no findings."""
-    if problem.kind != "vertical-leg":
-        return ()
+def usual_effects(problem: Problem) -> tuple[Active, ...]:
+    """The effects that a sound rig of this kind has a little of, none of them there yet: no
+    findings.
+    """
     found, _ = available(problem)
     return tuple(
         Active(effect, effect.complete({effect.required[0]: 0.0}))
         for effect in found
-        if effect.usual_on_legs
+        if effect.usual_on(problem.kind, problem.sample_s)
     )
 
 
-def _usual_coordinates(effect: Effect) -> list[Coordinate]:
-    """How much a sound leg has of an effect, within what is usual."""
-    assert effect.usual_on_legs is not None
-    low, high = effect.usual_on_legs
+def _usual_coordinates(problem: Problem, effect: Effect) -> list[Coordinate]:
+    """How much a sound rig has of an effect, within what is usual."""
+    usual = effect.usual_on(problem.kind, problem.sample_s)
+    assert usual is not None
+    low, high = usual
     (first, *_) = effect.coordinates()
+    low, high = max(low, first.low), min(high, first.high)
     return [replace(first, start=0.0, low=low, high=high, prior=(0.0, USUAL_SD * high))]
 
 
 USUAL_SD = 0.5
-"""Standard deviation of what a sound leg has of an effect, as a share of the largest (E)."""
+"""Standard deviation of what a sound rig has of an effect, as a share of the largest (E)."""
 
 
 def _held_to_declared(problem: Problem, fit: Fit) -> Fit:

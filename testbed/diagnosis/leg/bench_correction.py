@@ -88,7 +88,8 @@ def _left(series: Sequence[Series], model: LegModel, problem: Problem) -> list[_
         counted = judged.layout["force"].count > 0
         mask = s.trusted & s.clear
         columns = [s.binned(values, mask)[0][counted] for values in _terms(s).values()]
-        out.append(_Left(s.name, judged.force(model, ())[counted], np.column_stack(columns)))
+        residual_n = judged.force(model, ())[counted] / judged.as_read(model, ())
+        out.append(_Left(s.name, residual_n, np.column_stack(columns)))
     return [left for left in out if left.residual_n.size]
 
 

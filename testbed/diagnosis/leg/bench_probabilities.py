@@ -18,7 +18,7 @@ well they do on kinds of law that were left out; `testbed lab fit-bench-diagnosi
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from testbed.diagnosis.leg.entries import memory_of
+from testbed.diagnosis.leg.evidence import Evidence, Key
 from testbed.diagnosis.leg.fading import fading, fading_signs
 from testbed.diagnosis.leg.probabilities import answer
 from testbed.diagnosis.leg.proof import Proof
@@ -43,9 +44,9 @@ Names = tuple[str, ...]
 class BenchSigns:
     """What a verdict on a bench rests on.
 
-    `excess`: force residual over the sensors' floor, mean of the recordings' logarithms; `memory`:
-    its correlation time, bins; `closed`: logarithm of the error of runs left out, by `identify`
-    over with the names that are left, 0 where none is;
+    `excess`: force residual over what a sound bench leaves, mean of the recordings' logarithms;
+    `memory`: its correlation time, bins; `closed`: logarithm of the error of runs left out, by
+    `identify` over with the names that are left, 0 where none is;
     `generic_gain`, `generic_fall`: what generic terms add to them, where friction may differ from
     run to run with and without these terms; `gain`: that of the names over the refit;
     `repeated`: least share of draws of one of them; `companion`: share by which a channel that
@@ -122,13 +123,17 @@ def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> 
     left = steady(state.problem, proof.kept.evidence, proof.kept.fit)
     generic = steady(state.problem, found.generic.evidence, found.generic.fit)
     errors = proof.run_errors
+    usual = found.usual
+    floors = {
+        key: float(np.hypot(floor, usual.get(key, 0.0))) for key, floor in found.floors.items()
+    }
     closed = overall(errors["identify"]) / overall(errors["after"]) if proof.kept.names else 1.0
     return BenchSigns(
-        excess=float(np.log(excess_over(left, found.floors))),
+        excess=float(np.log(excess_over(left, floors))),
         memory=memory_of(left),
         closed=float(np.log(closed)),
         generic_gain=generic.gain_over(left, generic),
-        generic_fall=generic.largest_fall(left),
+        generic_fall=_beside(generic, usual).largest_fall(_beside(left, usual)),
         gain=state.gain(proof.kept),
         repeated=min(proof.repeated.values(), default=0.0),
         companion=companion,
@@ -138,6 +143,14 @@ def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> 
         ),
         fading=fading(state.problem, proof.kept.fit, left),
     )
+
+
+def _beside(found: Evidence, usual: Mapping[Key, float]) -> Evidence:
+    """The evidence with what a sound bench leaves anyway in every group's scale: to take a share of
+    that away is no sign.
+    """
+    scale = {key: float(np.hypot(value, usual.get(key, 0.0))) for key, value in found.scale.items()}
+    return replace(found, scale=scale)
 
 
 def distribution(

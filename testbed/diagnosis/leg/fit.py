@@ -307,29 +307,29 @@ def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extr
     """Fall of the cost, against the fit `at`, that one Gauss-Newton step promises after `extra`
     more coordinates.
 
-    The Jacobian of the shared coordinates is the fit's own; only the new columns are computed, of
-    an owner of which nothing is shared.
+    The Jacobian of the shared coordinates is the fit's own; only the new columns are computed. Bins
+    weigh as in the fit: all of a quiet recording would be outliers until the others give way.
     """
     channels = tuple(at.residual)
     theta = start_vector(coordinates)
-    r = residuals(problem, point(coordinates, theta, at.at), channels)
-    new = jacobian(
-        problem, coordinates[-extra:], theta[-extra:], _started(coordinates, theta, at), r
-    )
+    start = point(coordinates, theta, at.at)
+    r = residuals(problem, start, channels)
+    new = jacobian(problem, coordinates[-extra:], theta[-extra:], start, r)
     unit = np.array([coordinate.scale for coordinate in coordinates])
     kept = [i for i, one in enumerate(at.coordinates) if one.owner != coordinates[-1].owner]
     jac = {c: np.hstack([at.jacobian[c][:, kept], new[c]]) for c in channels}
-    w = weights(problem, r, at.scale)
+    w = weights(problem, at.residual, at.scale)
     h, g = normal(jac, r, w, unit)
     prior_h, prior_g = prior(coordinates, theta, unit)
     ridge = (1e-8 * np.trace(h) / len(unit) + 1e-9) * np.eye(len(unit))
     step = _step(h + prior_h + ridge, g + prior_g, theta, *bounds(coordinates))
     promised = -0.5 * float((g + prior_g) @ step)
-    return _cost(problem, at.residual, at.scale) - _cost(problem, r, at.scale) + promised
+    return _squares(at.residual, w) - _squares(r, w) + promised
 
 
-def _started(coordinates: Sequence[Coordinate], theta: Array, at: Fit) -> Point:
-    return point(coordinates, theta, at.at)
+def _squares(r: dict[str, Array], w: dict[str, Array]) -> float:
+    """Half the weighted sum of squares of some residuals."""
+    return 0.5 * sum(float(np.sum((w[channel] * values) ** 2)) for channel, values in r.items())
 
 
 def normal_equations(problem: Problem, fit: Fit) -> tuple[Array, Array, Array]:

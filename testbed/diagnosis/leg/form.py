@@ -1,5 +1,5 @@
-"""What a sound leg leaves because no formula of friction or of an orifice is true to the last per
-mille, however fine its sensors are.
+"""What a sound leg or bench leaves because no formula of friction or of an orifice is true to the
+last per mille, however fine its sensors are.
 """
 
 from __future__ import annotations
@@ -19,6 +19,10 @@ FRICTION_FORM, METERING_FORM = 0.006, 0.003
 """Share of the friction, and of the metered flow, that counts as a sensor's floor does. E: a seal's
 friction follows its formula to a per cent or two, an orifice's flow to half of one; a sound leg may
 leave 2.5 and 1.75 floors (probabilities.FORCE_LEFT, FLOW_LEFT)."""
+FRICTION_FORM_OF_BENCHES = 0.015
+"""The same of a bench's or a drive's friction, which counts as the whole of what a sound one may
+leave, not as the 2.5th part. E: a Stribeck curve that falls with the square of the speed where (5)
+has it fall with the speed, and bristles of some micrometres, leave 1 to 2 % of the friction."""
 
 
 def form_floors(problem: Problem, fit: Fit) -> dict[Key, float]:
@@ -26,13 +30,15 @@ def form_floors(problem: Problem, fit: Fit) -> dict[Key, float]:
     mean square of friction and of the metered flow while the piston moves. Groups as in
     floor.group_floors.
     """
+    bench = problem.kind in ("cylinder", "drive")
+    share = FRICTION_FORM_OF_BENCHES if bench else FRICTION_FORM
     out: dict[Key, float] = {}
     for series in problem.series:
         moving = series.trusted & series.clear
         if moving.sum() < FEWEST:
             moving = series.clear
         speed = series.signals.velocity_m_s[moving]
-        out["force", series.name] = FRICTION_FORM * _rms(_friction_n(fit.at.friction, speed))
+        out["force", series.name] = share * _rms(_friction_n(fit.at.friction, speed))
         if problem.with_flow:
             for part, metered in zip(("flow_a", "flow_b"), _metered_m3_s(series), strict=True):
                 out[part, series.name] = METERING_FORM * _rms(metered[moving])

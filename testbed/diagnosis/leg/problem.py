@@ -92,6 +92,7 @@ class Problem:
     layout: dict[str, Layout] = field(default_factory=dict)
     _corrected: tuple[object, list[Signals]] | None = None
     _balanced: tuple[object, list[Balance]] | None = None
+    _read: tuple[object, float] | None = None
     _opened: dict[tuple[str, float, float, float, float], tuple[Array, Array]] = field(
         default_factory=dict
     )
@@ -100,6 +101,11 @@ class Problem:
     def kind(self) -> str:
         """What the recordings are of: `vertical-leg`, `cylinder`, `drive` or `robot`."""
         return self.base.rig
+
+    @property
+    def sample_s(self) -> float:
+        """Time between two samples of the slowest recording, s."""
+        return 1.0 / min(one.full_rate_hz for one in self.series)
 
     @property
     def unsure(self) -> Mapping[str, float]:
@@ -145,9 +151,32 @@ class Problem:
         return ("force", "flow", "supply") if supply else ("force", "flow")
 
     def force(self, model: LegModel, effects: Sequence[Active]) -> Array:
-        """Stacked binned force residuals (estimate - reference), N."""
+        """Stacked binned force residuals (estimate - reference), N, in the size that errors of the
+        pressures have as declared; see `as_read`.
+        """
         rows = zip(self.series, self._balances(model, effects), strict=True)
-        return np.concatenate([_force_one(one, balance, model.friction) for one, balance in rows])
+        residuals = [_force_one(one, balance, model.friction) for one, balance in rows]
+        return self.as_read(model, effects) * np.concatenate(residuals)
+
+    def as_read(self, model: LegModel, effects: Sequence[Active]) -> float:
+        """The force that small errors of a bench's pressures make as declared, over the one that
+        they make with this bore, this rod and these gains, where that is more than 1.
+
+        A smaller piston, or sensors that read too much, make less of every force, of all that the
+        model misses as well: where nothing but a mass says how large forces are, a residual in N
+        would fall as both shrink, though nothing is explained. A larger one makes less of nothing:
+        what a position's noise makes of the mass stays.
+        """
+        if self.kind != "cylinder":
+            return 1.0
+        key = (model.known.bore_m, model.known.rod_m, *_of_sensors(effects))
+        if self._read is None or self._read[0] != key:
+            declared, used = self.base.known, model.known
+            slopes = _slopes(self.series, self._signals(effects), effects)
+            before = np.hypot(declared.area_a_m2, declared.area_b_m2 * (slopes[1] > 0.0))
+            now = np.hypot(used.area_a_m2 * slopes[0], used.area_b_m2 * slopes[1])
+            self._read = (key, _not_less(float(before / now)) if now > 0.0 else 1.0)
+        return self._read[1]
 
     def frictions_n(self, model: LegModel, effects: Sequence[Active]) -> list[Array]:
         """Friction of every series, N, shape (n,), without the part that needs the load."""
@@ -166,13 +195,14 @@ class Problem:
             if not is_plain(balance[1]):
                 return None
             parts.append(binned_columns(plain_rows(one, balance, model.friction), BIN))
-        return np.concatenate(parts)
+        return self.as_read(model, effects) * np.concatenate(parts)
 
     def _balances(self, model: LegModel, effects: Sequence[Active]) -> list[Balance]:
         """The balance without friction of every series; kept while only friction is varied."""
         key = (
             id(self.base),
             model.known.bore_m,
+            model.known.rod_m,
             model.known.moving_mass_kg,
             model.force_offset_n,
             model.force_held_s,
@@ -193,7 +223,7 @@ class Problem:
         kept, as most parameters leave sensors alone.
         """
         sensors = [effect for effect in effects if effect.effect.overrides("correct")]
-        key = (held_s, [(sensor.effect.name, dict(sensor.values)) for sensor in sensors])
+        key = (held_s, *_of_sensors(effects))
         if self._corrected is None or self._corrected[0] != key:
             read = (acting(one.signals, held_s) for one in self.series)
             self._corrected = (key, [corrected(signals, sensors) for signals in read])
@@ -283,6 +313,45 @@ class Problem:
             if mean > 0.0:
                 relative[here] = np.sqrt(0.3 + 0.7 * flat[here] ** 2 / mean)
         return Layout((channel,), groups, np.concatenate(block), counts, relative, tuple(names))
+
+
+def _of_sensors(effects: Sequence[Active]) -> list[tuple[str, dict[str, float]]]:
+    """The effects that correct what sensors read, with their numbers."""
+    sensors = [effect for effect in effects if effect.effect.overrides("correct")]
+    return [(sensor.effect.name, dict(sensor.values)) for sensor in sensors]
+
+
+ROUNDED = 0.005
+"""Width of the corner at 1 of `_not_less`: a fit steps over it."""
+
+
+def _not_less(ratio: float) -> float:
+    """A ratio above 1, and 1 below it, with a round corner through (1, 1)."""
+    rise = float(np.logaddexp(0.0, (ratio - 1.0) / ROUNDED) - np.log(2.0))
+    return 1.0 + ROUNDED * rise
+
+
+SMALL_PA = 1e3
+"""An error of a pressure by which the slope of its correction is reckoned."""
+
+
+def _slopes(
+    series: Sequence[Series], read: Sequence[Signals], effects: Sequence[Active]
+) -> tuple[float, float]:
+    """By how much the corrected pressures of A and B change with what their sensors read, root mean
+    square of all samples; 0 of a chamber that is not recorded. `read`: corrected signals.
+    """
+    sensors = [effect for effect in effects if effect.effect.overrides("correct")]
+    squares: dict[str, list[Array]] = {"pressure_a_pa": [], "pressure_b_pa": []}
+    for one, now in zip(series, read, strict=True):
+        off = {name: getattr(one.signals, name) for name in squares}
+        moved = {name: value + SMALL_PA for name, value in off.items() if value is not None}
+        then = corrected(one.signals.with_(**moved), sensors)
+        for name in moved:
+            change = getattr(then, name) - getattr(now, name)
+            squares[name].append((change / SMALL_PA) ** 2)
+    a, b = (float(np.sqrt(np.mean(np.concatenate(v)))) if v else 0.0 for v in squares.values())
+    return a, b
 
 
 def _force_one(series: Series, balance: Balance, friction: Friction) -> Array:

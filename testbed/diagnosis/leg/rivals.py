@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -54,9 +54,7 @@ def exchanged(state: Search, chosen: Candidate) -> dict[Names, float]:
     return out
 
 
-def share_of(name: str, rivals: Mapping[str, float], won: Mapping[Names, float]) -> float:
-    """Share of the bootstrap's draws whose best set holds a name, or one that it is not told
-    from.
-    """
+def share_of(name: str, rivals: Collection[str], won: Mapping[Names, float]) -> float:
+    """Share of the bootstrap's draws whose best set holds a name, or one of its rivals."""
     held = {name, *rivals}
     return sum(share for names, share in won.items() if held & names)

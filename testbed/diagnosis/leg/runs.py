@@ -60,14 +60,17 @@ class Runs:
         runs = runs_of(recordings)
         return cls(problem, runs, series_of(runs, problem.base.known))
 
-    def errors(self, fit: Fit) -> RunErrors:
-        """Every run as predicted by the fit's form, refitted on the other runs."""
+    def errors(self, fit: Fit, as_written: bool = False) -> RunErrors:
+        """Every run as predicted by the fit's form, refitted on the other runs; `as_written`: by
+        the model that is written of it, which has no effect but those that are believed.
+        """
         out = {}
         for index, left_out in enumerate(self.series):
             others = self._problem(*self.series[:index], *self.series[index + 1 :])
             coordinates = [restarted(coordinate, fit.at) for coordinate in fit.coordinates]
             at = solve(others, coordinates, fit.at, ITERATIONS).at
-            out[left_out.name] = self._error(left_out, at.model(others.base), at.effects)
+            effects = self.problem.believed if as_written else at.effects
+            out[left_out.name] = self._error(left_out, at.model(others.base), effects)
         return out
 
     def identified(self) -> RunErrors:

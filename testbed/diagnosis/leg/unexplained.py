@@ -5,7 +5,7 @@ terms find.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,9 +13,11 @@ from testbed.diagnosis.leg.evidence import Evidence, Key, evidence
 from testbed.diagnosis.leg.fit import Fit, solve
 from testbed.diagnosis.leg.floor import group_floors
 from testbed.diagnosis.leg.flow_structure import flow_structure
+from testbed.diagnosis.leg.form import form_floors
 from testbed.diagnosis.leg.points import Point, restarted
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.search import Candidate, Search
+from testbed.diagnosis.leg.slow_noise import slow_noise_n
 from testbed.effects import by_name
 from testbed.effects.terms import Coordinate
 from testbed.effects.unnamed import UNNAMED, basis
@@ -30,7 +32,9 @@ square of the speed."""
 @dataclass(frozen=True, eq=False)
 class Unexplained:
     """`excess_best`: group -> residual scale over floor of the best set; `floors`: the floors.
-    `encoder_m`: standard deviation of the encoder's rounding.
+    `usual`: group of a bench's or a drive's force -> what a sound one leaves beside that floor, N:
+    slow noise of its sensors, and what no formula is true to. `encoder_m`: standard deviation of
+    the encoder's rounding.
 
     `generic_gain`: held-out log-likelihood that the generic terms add to the best set;
     `generic_fall`: relative fall.
@@ -47,6 +51,7 @@ class Unexplained:
     flow_fall: float
     floors: dict[Key, float]
     encoder_m: float
+    usual: dict[Key, float] = field(default_factory=dict)
 
     @property
     def excess(self) -> float:
@@ -86,7 +91,28 @@ def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
         flow_fall,
         floors,
         max(recording.position_resolution_m for recording in recordings) / 12.0**0.5,
+        usual_of_benches(state.problem, best.fit, recordings),
     )
+
+
+def is_as_sound(problem: Problem, found: Candidate, recordings: Sequence[Recording]) -> bool:
+    """Whether a set of names leaves no more in any recording than a sound bench or drive does."""
+    floors = group_floors(problem, recordings, found.fit.at.friction)
+    usual = usual_of_benches(problem, found.fit, recordings)
+    beside = {key: float(np.hypot(floor, usual.get(key, 0.0))) for key, floor in floors.items()}
+    return excess_over(found.evidence, beside) <= 1.0
+
+
+def usual_of_benches(
+    problem: Problem, fit: Fit, recordings: Sequence[Recording]
+) -> dict[Key, float]:
+    """Group of the force -> what a sound bench or drive leaves beside its sensors' white noise, N;
+    none of other rigs.
+    """
+    if problem.kind not in ("cylinder", "drive"):
+        return {}
+    form, noise = form_floors(problem, fit), slow_noise_n(problem, recordings)
+    return {key: float(np.hypot(form[key], value)) for key, value in noise.items()}
 
 
 def _generic(problem: Problem, before: Candidate) -> Candidate:

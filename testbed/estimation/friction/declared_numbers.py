@@ -67,7 +67,8 @@ class Unknown:
 
     `column` (m,): change of the force left over per unit. `width`: one tolerance, infinite where
     nothing is declared. `low`, `high`: least and largest change that leave a number that can be. A
-    `bore_m` or `rod_m` changes as its area, m2.
+    `bore_m` or `rod_m` changes as its area, m2. `per_m2` of a bore: share by which all forces grow
+    with it; its column is then that of the force left over in the size that it has as declared.
     """
 
     name: str
@@ -75,6 +76,7 @@ class Unknown:
     width: float = math.inf
     low: float = -math.inf
     high: float = math.inf
+    per_m2: float = 0.0
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -133,9 +135,11 @@ def fit_declared(evidence: Evidence, known: Known, kind: str) -> DeclaredFit:
         return DeclaredFit(known, 0.0, evidence, "stribeck")
     form, chosen = _choose(evidence, free, within)
     found = fit(evidence, chosen, form, np.ones(len(evidence), dtype=np.bool_)).changes
-    rest = evidence.force_n
+    grown = 1.0 + sum(one.per_m2 * float(c) for one, c in zip(chosen, found, strict=True))
+    found = found * np.array([1.0 if one.per_m2 else grown for one in chosen])
+    rest, across = evidence.force_n, evidence.pressure_b_pa - evidence.pressure_a_pa
     for unknown, change in zip(chosen, found, strict=True):
-        rest = rest - unknown.column * change
+        rest = rest - (across if unknown.per_m2 else unknown.column) * change
     changes = {unknown.name: float(c) for unknown, c in zip(chosen, found, strict=True)}
     offset = changes.pop("force_offset_n", 0.0)
     used = [_used(unknown, known, changes.get(unknown.name, 0.0)) for unknown in within]
@@ -169,12 +173,25 @@ def unknowns(evidence: Evidence, known: Known, kind: str) -> tuple[list[Unknown]
     if kind != "vertical-leg":
         free.append(Unknown("force_offset_n", -np.ones(len(evidence))))
     if kind == "cylinder":
-        # The bore is an area of both chambers, the rod of B alone.
-        across = evidence.pressure_a_pa - evidence.pressure_b_pa
-        within.append(_area("bore_m", -across, known))
+        within.append(_bore(evidence, known))
         if evidence.pressure_b_pa.any() and known.rod_m:
             within.append(_area("rod_m", -evidence.pressure_b_pa, known))
     return free, within
+
+
+def _bore(evidence: Evidence, known: Known) -> Unknown:
+    """The bore, an area of both chambers, as what a larger one takes off the forces that are known,
+    of a load cell, inertia and weight.
+
+    With it all forces of the pressures grow, and with them friction and whatever the model misses.
+    By the size of what is left in N the smallest piston would be the best; in the size that errors
+    have as declared only the forces that are known speak for a bore.
+    """
+    area, rod = known.area_a_m2, known.area_a_m2 - known.area_b_m2
+    in_a, in_b = evidence.pressure_a_pa, evidence.pressure_b_pa
+    known_n = area * in_a - known.area_b_m2 * in_b - evidence.force_n
+    column = (rod * in_b - known_n) / area
+    return replace(_area("bore_m", column, known), per_m2=1.0 / area)
 
 
 def _area(name: str, column: Array, known: Known) -> Unknown:

@@ -292,7 +292,9 @@ def _best_factor(forces: Forces, name: str) -> float:
 
 
 def check_reference(forces: Forces, label: str) -> Iterator[Finding]:
-    """A load cell that moves with the piston's force, but by another factor than 1."""
+    """A load cell that moves with the piston's force, but by another factor than 1: of their sizes
+    as of their swings. A constant force (a weight, a sensor's zero or gain) changes only the sizes.
+    """
     series = forces.even.series
     if "reference" not in series:
         return
@@ -302,7 +304,10 @@ def check_reference(forces: Forces, label: str) -> Iterator[Finding]:
         return
     with_mean = float(np.mean(cell * total)) / max(float(np.mean(total**2)), 1e-12)
     alike = float(np.corrcoef(cell, total)[0, 1]) if np.std(cell) * np.std(total) > 0.0 else 0.0
-    if alike > SAME_SHAPE and not SAME_SCALE[0] < with_mean < SAME_SCALE[1]:
+    of_swings = alike * float(np.std(cell)) / max(float(np.std(total)), 1e-12)
+    if alike > SAME_SHAPE and not any(
+        SAME_SCALE[0] < factor < SAME_SCALE[1] for factor in (with_mean, of_swings)
+    ):
         yield Finding(
             "error",
             label,

@@ -342,12 +342,33 @@ def _smallest_step(values: Array) -> float:
     return float(np.diff(levels).min())
 
 
+LANDING_S, UNLOADED = 0.05, 0.1
+"""How long after a foot bore next to nothing, as a share of its strong forces, it may still be
+struck by the ground (E)."""
+
+
+def _landing(values: Array, time_s: Array) -> Flags:
+    """Rows (n,) in which a foot bears more than just before, that bore next to nothing within
+    LANDING_S and goes on to bear: what strikes a foot that comes down may be over within a row.
+    """
+    rate_hz = 1.0 / max(float(np.median(np.diff(time_s))), 1e-9)
+    rows, places = max(round(LANDING_S * rate_hz), 2), np.arange(len(values))
+    unloaded = values < UNLOADED * float(np.quantile(np.abs(values), 0.95))
+    last_off = np.maximum.accumulate(np.where(unloaded, places, -len(values)))
+    next_on = np.minimum.accumulate(np.where(unloaded, 2 * len(values), places)[::-1])[::-1]
+    bears = np.append(next_on[1:] - places[:-1] <= rows, False)
+    rises = np.diff(values, prepend=values[0]) > 0.0
+    return np.asarray(rises & ~unloaded & (places - last_off <= rows) & bears)
+
+
 def check_spikes(raw: Raw) -> Iterator[tuple[Finding, Flags]]:
     """Each channel that has spikes, with the rows of them."""
     for name, values in raw.series.items():
         if not name.startswith(SMOOTH) or not np.isfinite(values).all():
             continue
         there = spikes(values, raw.resolutions.get(name, 0.0))
+        if raw.rig == "foot":
+            there &= ~_landing(values, raw.time_s)
         rows = np.flatnonzero(there)
         if not rows.size or rows.size > MOST_ROWS * max(1, len(values) // 1000):
             continue
