@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest
-from testbed.benchmarks.diagnosis.robot_calibration import fit, restated
+from testbed.benchmarks.diagnosis.robot_calibration import fit, fitted_width, restated
 from testbed.benchmarks.diagnosis.robot_draws import KINDS, MOTIONS, drawn
 from testbed.benchmarks.diagnosis.robot_scores import calibration as calibration_of_stated
 from testbed.benchmarks.diagnosis.robot_scores import scores, target
@@ -30,6 +30,7 @@ from testbed.diagnosis.robot.diagnose import (
 )
 from testbed.diagnosis.robot.findings import as_json, models, summary_rows
 from testbed.diagnosis.robot.groups import FORCES
+from testbed.diagnosis.robot.motion_kinds import DRILL, SWAY, WALK
 from testbed.diagnosis.robot.parameters import Found
 from testbed.diagnosis.robot.probabilities import (
     NO_NAME,
@@ -95,7 +96,8 @@ def run_trial(seed: int, truth: list[str], said: list[str], factor: float) -> di
         "names": said,
         "effects": [effect | {"ambiguous_with": []}] if said else [],
         "hypotheses": hypotheses,
-        "signs": [[["sensor.gain_a@fl_vertical"], factor, None]],
+        "signs": {"motions": [SWAY], "sets": [[["sensor.gain_a@fl_vertical"], factor, None]]},
+        "width": 2.0,
         "second": {},
         "closed": {"before": 300.0, "after": 200.0, "sound": 100.0} if said else {},
         "seconds": 1.0,
@@ -220,7 +222,7 @@ def test_a_name_is_stated_no_surer_than_names_have_been_right(right: int) -> Non
 def test_what_sound_machines_reach_may_stay_as_more_runs_told_it() -> None:
     trials = [run_trial(k, GAIN, GAIN, 60.0 + k) for k in range(20)]
     trials += [run_trial(20 + k, [], [], 5.0 + 0.2 * k) for k in range(20)]
-    known = {sort_of(GAIN[0]): 11.5}
+    known = {SWAY: {sort_of(GAIN[0]): 11.5}}
     kept, own = fit(trials, known), fit(trials)
     assert kept["sound"] == known and own["sound"] != known
     assert set(kept) == set(own)
@@ -265,11 +267,25 @@ def test_a_second_motion_is_scored_beside_what_was_said_without_it() -> None:
 
 def test_what_sound_machines_reach_counts_for_nothing_at_joints_of_the_sort() -> None:
     trials = [run_trial(k, [], [], 12.0 + 0.1 * k) for k in range(20)]
-    sound = fit(trials)["sound"]
+    found = fit(trials)["sound"]
+    sound = found[SWAY]
+    assert found[WALK] == found[DRILL] == {}
     assert 13.0 < sound[sort_of(GAIN[0])] < 14.0
     joint = GAIN[0].rpartition("_")[2]
     assert {k for k in sound if k.startswith("sensor.gain_a")} == {f"sensor.gain_a@{joint}"}
     assert sort_of("rope.direction@rope_left") == "rope.direction"
+
+
+@pytest.mark.parametrize("width", [2.0, 4.0])
+def test_the_width_of_intervals_is_fitted_to_the_linear_model_whatever_was_stated(
+    width: float,
+) -> None:
+    trial = run_trial(1, GAIN, GAIN, 60.0)
+    interval = [0.08 - 0.01 * width, 0.08 + 0.01 * width]
+    effect = trial["effects"][0] | {"parameters": {"gain_error": {"value": 0.08}}}
+    effect["parameters"]["gain_error"]["interval90"] = interval
+    found = fitted_width([trial | {"effects": [effect], "width": width}])
+    assert found == pytest.approx((0.1 - 0.08) / 0.01)
 
 
 def test_kept_trials_are_read_by_the_harness(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from testbed.diagnosis.robot.hypotheses import (
 )
 from testbed.diagnosis.robot.probabilities import (
     NO_NAME,
+    WORTH_A_LOOK,
     RobotSigns,
     calibration,
     distribution,
@@ -96,8 +97,17 @@ def test_an_earlier_recording_counts_as_if_both_were_judged_as_one() -> None:
 def test_several_names_that_are_alike_are_together_no_sound_machine() -> None:
     alike = {(): 0.3, (LEFT,): 0.28, (RIGHT,): 0.25, NO_NAME: 0.17}
     assert leading(alike) == (LEFT,)
-    assert leading({(): 0.6, (LEFT,): 0.3, (RIGHT,): 0.1}) == ()
     assert leading({(): 0.2, (LEFT,): 0.35, NO_NAME: 0.45}) == NO_NAME
+
+
+def test_names_are_worth_a_look_that_a_sound_machine_does_not_outweigh_by_far() -> None:
+    nothing = 1.0 / (1.0 + WORTH_A_LOOK)
+    for more, said in ((-0.01, (LEFT,)), (0.01, ())):
+        sound = nothing + more
+        assert (
+            leading({(): sound, (LEFT,): 0.7 * (1.0 - sound), (RIGHT,): 0.3 * (1.0 - sound)})
+            == said
+        )
 
 
 @pytest.mark.parametrize(("nameless", "said"), [(0.42, (LEFT,)), (0.48, NO_NAME)])
@@ -112,8 +122,8 @@ def test_that_names_were_wrong_at_times_does_not_speak_for_what_no_name_covers(
     assert leading(weights, lapse) == said
 
 
-def test_a_name_that_lapses_leave_less_likely_than_a_sound_machine_is_not_said() -> None:
-    assert leading({(): 0.45, (LEFT,): 0.44, NO_NAME: 0.11}, 0.2) == ()
+def test_a_name_that_lapses_leave_too_unlikely_against_a_sound_machine_is_not_said() -> None:
+    assert leading({(): 0.72, (LEFT,): 0.22, NO_NAME: 0.06}, 0.2) == ()
 
 
 def test_what_an_earlier_recording_shows_leaves_a_share_of_the_tolerances() -> None:

@@ -23,9 +23,9 @@ from testbed.benchmarks.diagnosis.calibration import (
     restate,
     rounded,
 )
-from testbed.benchmarks.diagnosis.robot_draws import MOTIONS
 from testbed.benchmarks.diagnosis.robot_scores import alone_of, calibration, distances, target
 from testbed.benchmarks.diagnosis.scores import Trial
+from testbed.diagnosis.robot.motion_kinds import DRILL, SECOND, SWAY, WALK
 from testbed.diagnosis.robot.probabilities import (
     FILE,
     NO_NAME,
@@ -42,6 +42,7 @@ from testbed.formats.files import check_file, write_text
 from testbed.formats.yaml_files import yaml_text
 
 Numbers = dict[str, Any]
+Sound = Mapping[str, Mapping[str, float]]
 START: dict[str, float] = {
     "share": 0.6,
     "share_named": 0.6,
@@ -56,8 +57,8 @@ START: dict[str, float] = {
 }
 """Where the fit starts and what the ridge holds it to, in logarithms (E)."""
 SOUND_SHARE = 0.93
-"""Evidence counts from what its sort of effect reaches in so many runs of sound machines, in the
-motion in which it reaches most (E).
+"""Evidence counts from what its sort of effect reaches in so many runs of sound machines in the
+same kind of motion (E).
 """
 SOUND = "clean"
 COMMAND, KEEP_SOUND = "testbed lab fit-robot-diagnosis", " --keep-sound"
@@ -68,12 +69,12 @@ def unpacked(moved: Array) -> Numbers:
     return {k: float(v * np.exp(by)) for (k, v), by in zip(START.items(), moved, strict=True)}
 
 
-def fit(trials: Sequence[Trial], sound: Mapping[str, float] | None = None) -> Numbers:
+def fit(trials: Sequence[Trial], sound: Sound | None = None) -> Numbers:
     """The numbers with the least loss on these runs; `sound`: what each sort of effect reaches in
-    sound machines, where these runs are not to tell it.
+    sound machines, where these runs are not to show it.
     """
     runs = [(RobotSigns.from_json(t["signs"]), target(t)) for t in trials]
-    sound = dict(sound or sound_of(trials))
+    sound = {**(sound or sound_of(trials))}
     weighed = [(Weighed.of(signs, {"sound": sound}), truth) for signs, truth in runs]
     asked = [(w, _rows(w, truth), not truth) for w, truth in weighed]
 
@@ -93,21 +94,21 @@ def _rows(weighed: Weighed, truth: frozenset[str]) -> Flags:
     return np.array([frozenset(names) == truth for names in weighed.names], dtype=bool)
 
 
-def sound_of(trials: Sequence[Trial]) -> dict[str, float]:
-    """`sound_reach` in the motion of a sound machine that looks most like the effect."""
-    clean = [t for t in trials if t["kind"] == SOUND]
-    out: dict[str, float] = {}
-    for motion in MOTIONS:
-        signs = [RobotSigns.from_json(t["signs"]) for t in clean if t["motion"] == motion]
-        reach = sound_reach(signs)
-        out = {k: max(out.get(k, 0.0), reach.get(k, 0.0)) for k in sorted({*out, *reach})}
-    return out
+def sound_of(trials: Sequence[Trial]) -> dict[str, dict[str, float]]:
+    """Kind of motion -> `sound_reach` of the sound machines in it; of two recordings that are
+    weighed together these runs show nothing, and what is shipped stays.
+    """
+    runs = [RobotSigns.from_json(t["signs"]) for t in trials if t["kind"] == SOUND]
+    out = {m: sound_reach([r for r in runs if r.motions == (m,)]) for m in (SWAY, WALK, DRILL)}
+    return out | {SECOND: dict(calibration_numbers()["sound"].get(SECOND, {}))}
 
 
 def sound_reach(runs: Sequence[RobotSigns]) -> dict[str, float]:
     """Sort of effect (`sort_of`) -> ln of the Bayes factor that its best place reaches in
     SOUND_SHARE of the runs of sound machines, where that is above nothing.
     """
+    if not runs:
+        return {}
     best: dict[str, list[float]] = {}
     for signs in runs:
         here: dict[str, float] = {}
@@ -142,14 +143,15 @@ def _probability(trial: Trial, names: frozenset[str]) -> float:
 def fitted_width(trials: Sequence[Trial]) -> float:
     """By how much wider than the linear model says intervals must be, so that 90 % of those of
     effects that were named rightly hold the truth: from how far the truth lies from the value, in
-    half widths of the interval that was stated. What lies BIASED of them off tells of a law that
-    is biased, which no width helps.
+    half widths of the linear model's interval. What lies BIASED stated half widths off shows a law
+    that is biased, which no width helps.
     """
-    off = [d for t in trials for d in distances(t) if d < BIASED]
-    stated = float(calibration_numbers()["width"])
-    return float(np.clip(stated * np.quantile(off, 0.9), 1.0, 4.0)) if off else stated
+    off = [d * float(t["width"]) for t in trials for d in distances(t) if d < BIASED]
+    return float(np.clip(np.quantile(off, 0.9), 1.0, 4.0)) if off else START_WIDTH
 
 
+START_WIDTH = 2.0
+"""Where no run shows it (E)."""
 BIASED = 5.0
 
 
@@ -182,7 +184,7 @@ def as_yaml(
         "calibration_error_across_halves": round(held_out["expected_calibration_error"], 4),
         "brier_across_halves": round(held_out["brier"], 4),
         **rounded({k: v for k, v in numbers.items() if k != "sound"}),
-        "sound": rounded(numbers["sound"]),
+        "sound": {motion: rounded(reach) for motion, reach in numbers["sound"].items()},
     }
     return yaml_text(row)
 

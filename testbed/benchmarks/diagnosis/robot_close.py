@@ -28,6 +28,7 @@ from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.diagnosis.robot.groups import Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
+from testbed.diagnosis.robot.motion_kinds import motion_kinds
 from testbed.diagnosis.robot.motions import rivals
 from testbed.diagnosis.robot.probabilities import Names, RobotSigns, calibration, distribution
 from testbed.effects.signature import Change
@@ -95,7 +96,8 @@ class Foreteller:
         with_it = copy.copy(self.sound)
         with_it.gradient = self.sound.gradient + self._added(changes)
         tried = [with_it.hypothesis((n,)) for n in with_it.names]
-        found = distribution(RobotSigns.of(tried), calibration())
+        signs = RobotSigns.of(tried, motion_kinds(self.sound.balances))
+        found = distribution(signs, calibration())
         return tuple(sorted(found.items(), key=lambda item: -item[1]))
 
     def _changes(self, candidate: Candidate, values: Mapping[str, float]) -> list[Change]:

@@ -86,6 +86,7 @@ def _said(found: RobotDiagnosis, case: Drawn) -> dict[str, Any]:
     """What is hidden in a run, what of it can be seen, and what is said of it."""
     from testbed.diagnosis.robot.findings import as_json
     from testbed.diagnosis.robot.hypotheses import Ledger
+    from testbed.diagnosis.robot.probabilities import calibration
 
     said = as_json(found)
     return {
@@ -100,6 +101,7 @@ def _said(found: RobotDiagnosis, case: Drawn) -> dict[str, Any]:
         "effects": said["effects"],
         "hypotheses": said["hypotheses"],
         "signs": found.signs.as_json(),
+        "width": calibration()["width"],
     }
 
 

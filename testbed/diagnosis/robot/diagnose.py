@@ -22,6 +22,7 @@ from testbed.diagnosis.robot.by_law import weighed_by_law
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import FORCES, GROUND, Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
+from testbed.diagnosis.robot.motion_kinds import motion_kinds
 from testbed.diagnosis.robot.parameters import Found, found_in
 from testbed.diagnosis.robot.probabilities import (
     NO_NAME,
@@ -60,6 +61,7 @@ SAME_PLACE = (
     " place is known from the surveyed ropes alone, and a robot that was moved to other ground looks"
     " the same (--moved says that it was)"
 )
+MAY_BE_SOUND = "a sound machine is likelier than any one set of names: worth a look, not a repair"
 AMBIGUOUS = 3.0
 """Rivals within this of a name, in calibrated log evidence, are reported as ambiguous with it."""
 
@@ -179,7 +181,7 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
     """
     ledger = Ledger(balances, left_out=granted)
     tried = weighed_by_law(ledger, ledger.best())
-    signs = RobotSigns.of(tried)
+    signs = RobotSigns.of(tried, motion_kinds(balances))
     weights = distribution(signs, calibration())
     verdict = _verdict(ledger, tried, weights, {})
     while verdict.kind == "effect":
@@ -198,17 +200,19 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
         errors={key: _errors(balances, verdict.chosen, key) for key in balances.raw},
         left_out=_left_out(ledger),
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
-        beyond="; ".join(_doubts(ledger, verdict.chosen.names)),
+        beyond="; ".join(_doubts(ledger, verdict)),
         added_n2=_added_each_second(balances, verdict.chosen),
     )
 
 
-def _doubts(ledger: Ledger, names: Names) -> Iterator[str]:
-    """Why a verdict with these names is to be trusted less, in words."""
+def _doubts(ledger: Ledger, verdict: Verdict) -> Iterator[str]:
+    """Why a verdict is to be trusted less, in words."""
     unlike = beyond_what_was_tried(ledger.balances)
     if unlike:
         yield unlike
-    yield from map(SAME_PLACE.format, shown_by_place(ledger, names))
+    if verdict.kind == "effect" and not verdict.hypotheses[0][0]:
+        yield MAY_BE_SOUND
+    yield from map(SAME_PLACE.format, shown_by_place(ledger, verdict.chosen.names))
 
 
 def shown_by_place(ledger: Ledger, names: Names) -> tuple[str, ...]:
