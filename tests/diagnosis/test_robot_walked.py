@@ -8,7 +8,14 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.walked import SEEMS_KG, SEEMS_KG_M, hangs, lighter
+from testbed.diagnosis.robot.walked import (
+    SEEMS_KG,
+    SEEMS_KG_M,
+    SEEMS_KG_SD,
+    hangs,
+    lighter,
+    lighter_yet,
+)
 from testbed.effects import by_name
 from testbed.effects.signature import Change, RobotSeen
 from testbed.machine.names import AXES
@@ -50,3 +57,14 @@ def test_a_machine_whose_pins_read_next_to_nothing_hangs_on_no_rope() -> None:
     pulled, loose = (SimpleNamespace(tension_n=np.full((3, 2), n)) for n in (8e3, 25.0))
     assert hangs(cast(RobotSeen, pulled), on_feet_n)
     assert not hangs(cast(RobotSeen, loose), on_feet_n)
+
+
+def test_a_walk_may_miss_more_or_less_than_that_by_what_single_walks_differ() -> None:
+    seen = measured()
+    yet = list(lighter_yet(seen, ROBOCLIMBER))
+    payload = by_name("robot.payload").signature(seen, "body")
+    assert len(yet) == 3
+    assert wrench(yet[0]) == pytest.approx(SEEMS_KG_SD * wrench(next(iter(payload.values()))))
+    small = list(lighter_yet(seen, Scale(1.0 / 64.0, 0.25)))
+    assert wrench(small[0]) == pytest.approx(wrench(yet[0]) / 64.0)
+    assert wrench(small[1]) == pytest.approx(wrench(yet[1]) / 256.0)

@@ -5,6 +5,7 @@ in it.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -34,6 +35,13 @@ KINDS = (
 """Of every 50 runs 20 are sound, 19 hide one effect, 6 hide two and 5 one that no name covers."""
 SECONDS = 20.0
 """Most of a cycle of the crawl, two sways or more of a standing robot."""
+SLOPES_DEG, STRIDES_M = (25.0, 80.0), (0.12, 0.4)
+HEADINGS_DEG = (0.0, 0.0, 0.0, 45.0, -45.0, 90.0, -90.0)
+"""Walks go uphill, aslant and across."""
+GENTLE_DEG = 45.0
+"""Up to here strides are as long as these; on steeper ground, where ropes allow less, shorter with
+the cosine.
+"""
 AGAIN, BEFORE = 5000, 10_000
 """Seeds of second recordings are so much higher, and those of recordings made before."""
 PHASES = (
@@ -105,7 +113,8 @@ def drawn(seed: int) -> Drawn:
     picked = rng.choice(len(names), count, replace=False)
     hidden = tuple(effect_drawn(rng, names[k], table[names[k]]) for k in picked)
     overrides = (
-        f"terrain.slope_deg={rng.uniform(30.0, 60.0):.2f}",
+        f"terrain.slope_deg={_slope_deg(seed):.2f}",
+        *_stance(seed),
         "machine.draw=workshop",
         f"machine.seed={seed}",
         f"hydraulics.oil_temperature_degc={rng.uniform(15.0, 40.0):.1f}",
@@ -141,7 +150,25 @@ def strokes_m() -> dict[str, float]:
     return dict(zip(machine.axes, strokes, strict=True))
 
 
+def _slope_deg(seed: int) -> float:
+    """Of the ground of a seed."""
+    return float(np.random.default_rng([seed, 41]).uniform(*SLOPES_DEG))
+
+
+def _stance(seed: int) -> list[str]:
+    """How the machine of a seed stands on its slope, and how much its ropes bear of what slides."""
+    rng = np.random.default_rng([seed, 37])
+    turned = float(rng.uniform(0.0, 12.0))
+    return [
+        f"robot.vertical_m={rng.uniform(0.2, 0.32):.3f}",
+        f"robot.radial_m={rng.uniform(0.08, 0.28):.3f}",
+        f"robot.rotation_deg={json.dumps([turned, -turned, -turned, turned])}",
+        f"ropes.share={rng.uniform(0.8, 0.97):.3f}",
+    ]
+
+
 def _task(motion: str, seed: int) -> list[str]:
+    """What it does: how far a sway goes, or where a walk goes and how it strides."""
     rng = np.random.default_rng([seed, 31])
     if motion == "stand":
         amplitude, period = rng.uniform(0.04, 0.07, 3), rng.uniform(6.0, 12.0, 3)
@@ -151,4 +178,9 @@ def _task(motion: str, seed: int) -> list[str]:
         ]
     if motion == "drill":
         return ["task.start_s=1.5", f"task.phases={json.dumps(PHASES)}"]
-    return ["task.start_s=1.5"]
+    steep = min(1.0, math.cos(math.radians(_slope_deg(seed))) / math.cos(math.radians(GENTLE_DEG)))
+    return [
+        "task.start_s=1.5",
+        f"task.heading_deg={rng.choice(HEADINGS_DEG)}",
+        f"task.step_length_m={steep * rng.uniform(*STRIDES_M):.3f}",
+    ]

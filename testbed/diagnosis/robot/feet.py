@@ -68,9 +68,13 @@ class Standing:
     missing: Array
 
 
-def group_of(balance: BodyBalance, bins: Bins, scale: Scale) -> RawGroup:
-    """The group of a measured robot."""
+def group_of(balance: BodyBalance, bins: Bins, scale: Scale) -> RawGroup | None:
+    """The group of a measured robot; None where no foot bears enough to be sure that it stands, as
+    on a wall.
+    """
     standing = standing_of(balance, bins, scale)
+    if not len(standing.bins):
+        return None
     return RawGroup(
         missing=standing.missing,
         time_s=bins.time_s[standing.bins],
@@ -99,7 +103,9 @@ def standing_of(balance: BodyBalance, bins: Bins, scale: Scale) -> Standing:
     rows, legs, axes = (np.repeat(k, 3), np.repeat(leg, 3), np.tile(np.arange(3), len(k)))
     place = in_slope(balance, balance.seen.foot_m)
     missing = place[rows, legs, axes]
-    return Standing(rows, legs, axes, phases[rows, legs].astype(np.int64), missing - missing.mean())
+    if len(missing):
+        missing = missing - missing.mean()
+    return Standing(rows, legs, axes, phases[rows, legs].astype(np.int64), missing)
 
 
 def rows_of(standing: Standing, balance: BodyBalance, change: Change) -> Array:

@@ -31,7 +31,8 @@ from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
-FORCES, OIL, LINE, ROPES, GROUND = "forces", "oil", "line", "ropes", "ground"
+FORCES, FEET, SUPPLY, OIL, LINE = "forces", "feet", "supply", "oil", "line"
+ROPES, GROUND = "ropes", "ground"
 MOST_NUMBERS = 4
 """An effect with more numbers has a course in time."""
 
@@ -130,11 +131,11 @@ def raw_groups(
         held_ropes(bins, robot, ropes_in_world),
     )
     body = balance_of(bins, other, robot, ropes_in_world, beside)
-    raw = {
-        FORCES: forces.group_of(body, machine),
-        "feet": feet.group_of(body, bins, machine.scale),
-        "supply": supply.group(bins.time_s),
-    }
+    raw = {FORCES: forces.group_of(body, machine)}
+    standing = feet.group_of(body, bins, machine.scale)
+    if standing is not None:
+        raw[FEET] = standing
+    raw[SUPPLY] = supply.group(bins.time_s)
     if other.ropes.shown:
         raw[ROPES] = other.ropes.group()
     stood = ground.group_of(body, bins, ropes_in_world)
