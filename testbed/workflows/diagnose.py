@@ -187,7 +187,7 @@ def diagnose_recordings(
     Raises InputError for a model or a survey that cannot be understood.
     """
     from testbed.diagnosis.robot.diagnose import judged
-    from testbed.diagnosis.robot.together import together
+    from testbed.diagnosis.robot.two_recordings import together
     from testbed.effects.base import MARK
     from testbed.recording.robot_model import read_robot_model
 
@@ -224,7 +224,7 @@ def balances_of_run(
 ) -> Balances:
     """A recording held against the machine as it believes itself to be; see diagnose_recordings."""
     from testbed.diagnosis.robot.groups import GROUND, raw_groups
-    from testbed.diagnosis.robot.levels import balances_at_level
+    from testbed.diagnosis.robot.noise_levels import balances_at_level
 
     known = None if sound is None else raw_groups(*_measured(sound.run, model))[2]
     if known is not None and sound is not None and sound.moved:

@@ -126,7 +126,7 @@ def balances_in(run: Run, sound: Run | None = None) -> Balances:
     of the same machine, with nothing hidden.
     """
     from testbed.diagnosis.robot.groups import raw_groups
-    from testbed.diagnosis.robot.levels import balances_at_level
+    from testbed.diagnosis.robot.noise_levels import balances_at_level
 
     known = None if sound is None else raw_groups(*_measured(sound))[2]
     return balances_at_level(*_measured(run), {}, known)
@@ -172,7 +172,7 @@ def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> di
         promises,
         rivals,
     )
-    from testbed.diagnosis.robot.together import together
+    from testbed.diagnosis.robot.two_recordings import together
 
     two, parted = rivals(found.verdict.hypotheses), parted_sets(found)
     if two is None or parted is None:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from scipy.special import log_ndtr
 
 from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances
-from testbed.diagnosis.robot.parts import PARTS, Alone, log_evidence, parts_of
+from testbed.diagnosis.robot.held_out_parts import PARTS, Alone, log_evidence, parts_of
 from testbed.diagnosis.robot.unexplained import is_unexplained
 from testbed.effects import kind_of, place_of
 from testbed.machine.names import AXES

@@ -1,10 +1,10 @@
 """The motion that would part two hypotheses: each of a small catalogue is rehearsed on the machine
 as it is believed, and the evidence that it may be expected to bring is what it is chosen by.
 
-Nothing is known of the second recording but what the first one says: see foretold.py. Where none
-of the catalogue promises enough to part the two, no motion is chosen, and what would tell them
-apart is said in words: some pairs no motion on the feet can part, as a spring and a cushion that
-begins beyond the end of its cylinder.
+Nothing is known of the second recording but what the first one says: see expected_evidence.py.
+Where none of the catalogue promises enough to part the two, no motion is chosen, and what would
+tell them apart is said in words: some pairs no motion on the feet can part, as a spring and a
+cushion that begins beyond the end of its cylinder.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from testbed.diagnosis.robot.diagnose import AMBIGUOUS, RobotDiagnosis
-from testbed.diagnosis.robot.foretold import Foreteller
+from testbed.diagnosis.robot.expected_evidence import Foreteller
 from testbed.diagnosis.robot.groups import Balances
 from testbed.diagnosis.robot.hypotheses import Ledger
 from testbed.diagnosis.robot.probabilities import (

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.walked import SEEMS_KG, SEEMS_KG_M, hangs, lighter
+from testbed.diagnosis.robot.walking_bias import SEEMS_KG, SEEMS_KG_M, hangs, lighter
 from testbed.effects import by_name
 from testbed.effects.signature import Change, RobotSeen
 from testbed.machine.names import AXES

@@ -16,11 +16,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from testbed.diagnosis.robot.by_law import Fitted, by_whole_laws, fitted, within
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
+from testbed.diagnosis.robot.nonlinear_fit import Fitted, by_whole_laws, fitted, within
 from testbed.diagnosis.robot.probabilities import Names
-from testbed.diagnosis.robot.together import NOTHING, Changes, of_first, together
+from testbed.diagnosis.robot.two_recordings import NOTHING, Changes, of_first, together
 from testbed.effects.signature import Change
 
 DRAWS = 3

@@ -21,7 +21,7 @@ from scipy.linalg import solve_triangular
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
-from testbed.diagnosis.robot.together import Changes, of_first
+from testbed.diagnosis.robot.two_recordings import Changes, of_first
 from testbed.diagnosis.robot.unexplained import listed
 from testbed.effects import place_of
 from testbed.effects.signature import Change
