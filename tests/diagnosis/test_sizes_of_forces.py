@@ -17,6 +17,7 @@ from testbed.benchmarks.estimators.identification_trials import (
     recording_of,
     speed_profile,
 )
+from testbed.diagnosis.leg import acceptance
 from testbed.diagnosis.leg.acceptance import Trial, repeated
 from testbed.diagnosis.leg.base_models import declared, fit_base, usual_effects, within_tolerance
 from testbed.diagnosis.leg.evidence import evidence
