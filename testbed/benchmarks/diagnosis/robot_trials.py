@@ -159,8 +159,8 @@ def visible(ledger: Ledger, case: Drawn) -> list[str]:
 
 
 def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> dict[str, Any]:
-    """Where the two likeliest sets cannot be told apart: the motion that is chosen, and what both
-    recordings together say; what the first one says where no motion is to part them.
+    """Where the two likeliest sets cannot be distinguished: the motion that is chosen, and what
+    both recordings together say; what the first one says where no motion is to part them.
     """
     from testbed.diagnosis.robot.diagnose import judged
     from testbed.diagnosis.robot.findings import as_json

@@ -114,7 +114,7 @@ class RobotDiagnosis:
     """
 
     @property
-    def foretells_forces(self) -> bool:
+    def predicts_forces(self) -> bool:
         """Whether the effects predict the kept-back forces about as well as the tolerances of a
         sound machine do, or better; or hardly worse beside all that is missing without either; or
         not surely worse, by how much its seconds differ. If not, they are reported but not put into

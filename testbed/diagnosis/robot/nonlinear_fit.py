@@ -109,9 +109,9 @@ def weighed_by_law(ledger: Ledger, tried: Sequence[Hypothesis]) -> list[Hypothes
     out: list[Hypothesis] = []
     lost: dict[str, float] = {}
     for size in (1, 2):
-        told = [one for one in tried if len(one.names) == size]
+        of_size = [one for one in tried if len(one.names) == size]
         found = []
-        for k, one in enumerate(told):
+        for k, one in enumerate(of_size):
             bent = [n for n in one.names if has_whole_law(ledger.balances.candidates[n])]
             price = 0.0
             if bent and k < FITTED:
