@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.diagnosis.test_robot_by_law import AXIS, PLACE, asked
 
 from testbed.benchmarks.diagnosis.robot_close import (
     LATER,
@@ -27,6 +26,7 @@ from testbed.benchmarks.diagnosis.robot_draws import (
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.hypotheses import Ledger
 from testbed.effects import by_name
+from tests.diagnosis.test_robot_nonlinear_fit import AXIS, PLACE, asked
 from tests.diagnosis.test_robot_signatures import balanced
 
 
