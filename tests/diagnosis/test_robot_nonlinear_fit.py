@@ -49,7 +49,7 @@ def asked(seen: RobotSeen, missing: np.ndarray, noise_n: float, *effects: str) -
         rows_of=lambda change: change.force.get(AXIS, np.zeros(seen.bins)),
     )
     groups = {"forces": raw.whitened({one.name: one.signature for one in found})}
-    body = SimpleNamespace(seen=seen)
+    body = SimpleNamespace(seen=seen, counted=np.ones((seen.bins, 6), dtype=bool))
     balances = SimpleNamespace(
         raw={"forces": raw},
         groups=groups,
