@@ -1,6 +1,8 @@
-"""`make house`: the figures of the house, each counted anew from the sources.
+"""`make house`: size and form of the code, counted from the sources.
 
     python docs/measures.py [ROOT]
+
+prints all figures and writes those of the table "Measures" into CONTRIBUTING.md.
 
 Lines of code are those that hold a token which is neither comment nor docstring. Nothing here
 freezes a size: what must hold (walls, names of effects, lengths of examples and tutorials) is kept
@@ -87,9 +89,10 @@ class Source:
 
 
 def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> list[str]:
-    """A function's parameters, its own object left out."""
+    """A function's parameters with `*args` and `**kwargs`, without `self` or `cls`."""
     given = function.args
-    names = [one.arg for one in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+    plain = (*given.posonlyargs, *given.args, *given.kwonlyargs)
+    names = [one.arg for one in (*plain, given.vararg, given.kwarg) if one is not None]
     return names[1:] if names[:1] in (["self"], ["cls"]) else names
 
 
@@ -127,7 +130,10 @@ def files_of_a_millisecond(root: Path) -> int:
     return len(named)
 
 
-def figures(root: Path) -> Iterator[tuple[str, str, str]]:
+MANY = f"functions of more than {MOST_PARAMETERS} parameters"
+
+
+def sized(root: Path) -> Iterator[tuple[str, str, str]]:
     """What is counted, how much of it there is, and which test keeps it where one does."""
     sources, tests = read(root / "testbed"), read(root / "tests")
     benchmarks = [s for s in sources if "benchmarks" in s.path.relative_to(root).parts]
@@ -145,10 +151,16 @@ def figures(root: Path) -> Iterator[tuple[str, str, str]]:
         share(sum(s.comments() for s in sources), sum(s.lines for s in sources)),
         "",
     )
-    yield f"functions of more than {MOST_PARAMETERS} parameters", f"{len(many)} {many}", "PLR0913"
+    yield MANY, f"{len(many)} {many}", "PLR0913"
     yield "one-letter names", share(sum(len(n) == 1 and n != "_" for n in names), len(names)), ""
     yield f"files of more than {MOST_LINES} lines", f"{len(long)} {long}", ""
     yield "files to open for one millisecond", f"{files_of_a_millisecond(root)}", ""
+
+
+def figures(root: Path) -> Iterator[tuple[str, str, str]]:
+    """The same, with lengths of examples, private modules of numba, and how long a start takes."""
+    yield from sized(root)
+    sources = read(root / "testbed")
     for folder, kind in (("examples", "*.py"), ("docs/tutorials", "*.md")):
         lengths = [p.read_text(encoding="utf-8").count("\n") for p in (root / folder).glob(kind)]
         yield (
@@ -162,9 +174,40 @@ def figures(root: Path) -> Iterator[tuple[str, str, str]]:
     yield "testbed --help", f"{seconds(root, '-m', 'testbed', '--help'):.2f} s", "tests/cli"
 
 
+def tabled(root: Path) -> dict[str, str]:
+    """First cell of a row of CONTRIBUTING's table -> its last cell, as counted."""
+    counted = {what: found for what, found, _ in sized(root)}
+    whole = int(counted["code, all of testbed/"])
+    parts = [int(part) for part in counted["of it product; benchmarks"].split("; ")]
+    return {
+        "code, all of `testbed/`": f"{whole:,}".replace(",", " "),
+        "of it product; benchmarks": "; ".join(f"{part:,}".replace(",", " ") for part in parts),
+        "functions with more than eight parameters": counted[MANY].split()[0],
+        "one-letter names": counted["one-letter names"],
+        "docstrings by code": counted["docstrings by code"],
+        "test code per source code": counted["tests by code"],
+        "files to open to follow one millisecond": counted["files to open for one millisecond"],
+    }
+
+
+def filled(text: str, rows: dict[str, str]) -> str:
+    """CONTRIBUTING's text with the last cell of these rows written anew. Raises ValueError for a
+    row that is not there.
+    """
+    lines = text.split("\n")
+    for first, last in rows.items():
+        place = next((k for k, line in enumerate(lines) if line.startswith(f"| {first} |")), None)
+        if place is None:
+            raise ValueError(f"CONTRIBUTING.md has no row {first!r}")
+        lines[place] = "|".join([*lines[place].split("|")[:3], f" {last} ", ""])
+    return "\n".join(lines)
+
+
 def main() -> None:
-    """Print the table."""
+    """Print all figures, and write the table of CONTRIBUTING.md."""
     root = Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
+    page = root / "CONTRIBUTING.md"
+    page.write_text(filled(page.read_text(encoding="utf-8"), tabled(root)), encoding="utf-8")
     for what, found, kept in figures(root):
         print(f"{what:45s} {found}" + (f"   [{kept}]" if kept else ""))
 

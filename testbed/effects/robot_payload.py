@@ -1,4 +1,4 @@
-"""robot.payload: a mass on the body that nobody told the model of."""
+"""robot.payload: an undeclared mass on the body."""
 
 from __future__ import annotations
 

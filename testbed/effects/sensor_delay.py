@@ -69,7 +69,7 @@ class Delay(Effect):
         time = signals.time_s
         lag = values["delay"] * values["lag_share"]
         delay = values["delay"] - lag
-        if signals.so_far and delay > 0.0:
+        if signals.causal and delay > 0.0:
             signals, delay = signals.later(delay), 0.0
         return signals.with_(
             pressure_a_pa=_unlagged(_earlier(signals.pressure_a_pa, time, delay), signals, lag),

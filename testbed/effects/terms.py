@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.formats.arrays import Array
-from testbed.laws.low_pass import low_passed, slope_so_far, steps_of
+from testbed.laws.low_pass import causal_slope, low_passed, steps_of
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.known import Known
 from testbed.recording.leg_model import Friction
@@ -50,7 +50,7 @@ class Signals:
     """Of several like axes, the one that these are the signals of: `rl_vertical`."""
     began_s: float | None = None
     """Of a stretch: when the recording that it is of began; None: with its first row."""
-    so_far: bool = False
+    causal: bool = False
     """Each sample says what was known when it came: low-passed, on the recording's own times;
     nothing may be made of it that looks ahead."""
     speed_sd_m_s: Array | None = None
@@ -68,16 +68,16 @@ class Signals:
 
     def slope(self, values: Array, width_s: float) -> Array:
         """Slope (n,) of a channel, per second, smoothed by `width_s` first."""
-        if not self.so_far:
+        if not self.causal:
             return self.change(flat(values, width_s * self.rate_hz))
         usual_s = 1.0 / self.rate_hz
         return self.change(low_passed(values, steps_of(self.time_s, usual_s), usual_s, width_s))
 
     def change(self, values: Array) -> Array:
         """Change of a smooth channel (n,) from sample to sample, per second."""
-        if not self.so_far:
+        if not self.causal:
             return np.asarray(np.gradient(values) * self.rate_hz, dtype=np.float64)
-        return slope_so_far(values, steps_of(self.time_s, 1.0 / self.rate_hz))
+        return causal_slope(values, steps_of(self.time_s, 1.0 / self.rate_hz))
 
     def later(self, delay_s: float) -> Signals:
         """All but pressures and forces as they were `delay_s` ago; before the start as then."""

@@ -143,7 +143,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._last: tuple[Array, Array] | None = None
         """Data and truth rows of the step before, (1, ..) each."""
         self._last_answer: tuple[Observation, dict[str, Any]] | None = None
-        """What the last step or reset has told."""
+        """What the last step or reset returned."""
         self._start: Saved | None = None
         """Where the last draw began."""
 
@@ -218,8 +218,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         return Saved(self._sim, self._sim.save(), copy.deepcopy(own))
 
     def restore(self, saved: Saved) -> tuple[Observation, dict[str, Any]]:
-        """Go on from a state of this very episode's machine, to the last bit; returns what was told
-        at that instant. Raises InputError where another machine has been drawn since.
+        """Go on from a state of this very episode's machine, to the last bit; returns what was
+        returned at that instant. Raises InputError where another machine has been drawn since.
         """
         if saved.run is not self._sim:
             raise InputError(

@@ -59,11 +59,11 @@ class ClusterEnvs(VecEnv):  # type: ignore[misc]
             host.begin(seed, options)
             for host, seed, options in zip(self._hosts, self._seeds, self._options, strict=True)
         ]
-        told = [future.result() for future in asked]
-        self.reset_infos = [info for _, info in told]
+        answers = [future.result() for future in asked]
+        self.reset_infos = [info for _, info in answers]
         self._reset_seeds()
         self._reset_options()
-        return np.stack([observation for observation, _ in told])
+        return np.stack([observation for observation, _ in answers])
 
     def step_async(self, actions: Any) -> None:
         """See VecEnv."""
@@ -72,8 +72,8 @@ class ClusterEnvs(VecEnv):  # type: ignore[misc]
 
     def step_wait(self) -> Any:
         """See VecEnv."""
-        told = [future.result() for future in self._asked]
-        observations, rewards, over, infos, begun = zip(*told, strict=True)
+        answers = [future.result() for future in self._asked]
+        observations, rewards, over, infos, begun = zip(*answers, strict=True)
         self.reset_infos = list(begun)
         return np.stack(observations), np.array(rewards, np.float32), np.array(over), list(infos)
 

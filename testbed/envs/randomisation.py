@@ -33,7 +33,7 @@ def sets() -> dict[str, dict[str, Any]]:
 
 
 def reset_options(options: Mapping[str, Any]) -> tuple[bool, list[str]]:
-    """What a reset is told: whether the machine stays, and further changes `a.b=c`. Raises
+    """What a reset is given: whether the machine stays, and further changes `a.b=c`. Raises
     InputError for another option, and for both.
     """
     for option in options:

@@ -44,8 +44,8 @@ class Checked(BaseModel):
         """Name of a field -> its description, or the docstring below it. Read when it is asked for:
         every start would take a tenth of a second for it.
         """
-        told = ((name, info.description) for name, info in cls.model_fields.items())
-        found = {name: meaning for name, meaning in told if meaning}
+        described = ((name, info.description) for name, info in cls.model_fields.items())
+        found = {name: meaning for name, meaning in described if meaning}
         for kind in (kind for kind in reversed(cls.__mro__) if issubclass(kind, Checked)):
             (body,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
             for field, text in pairwise(body.body if isinstance(body, ast.ClassDef) else ()):

@@ -259,63 +259,63 @@ class _Putting:
         self._made: dict[int, Any] = {}
         self._used: set[int] = set()
 
-    def value(self, told: Any) -> Any:
+    def value(self, encoded: Any) -> Any:
         """The thing that a value of `_Taking.value` stands for."""
-        if not isinstance(told, Mapping):
-            return told
-        if "node" in told:
-            return self.node(int(told["node"]))
-        if "tuple" in told:
-            parts = [self.value(part) for part in told["tuple"]]
-            if "named" not in told:
+        if not isinstance(encoded, Mapping):
+            return encoded
+        if "node" in encoded:
+            return self.node(int(encoded["node"]))
+        if "tuple" in encoded:
+            parts = [self.value(part) for part in encoded["tuple"]]
+            if "named" not in encoded:
                 return tuple(parts)
-            named: Any = _named(told["named"], self._modules)
+            named: Any = _named(encoded["named"], self._modules)
             return named(*parts)
-        if "constant" in told:
-            return self._there[told["constant"]]
-        if "scalar" in told:
-            return self._taken.arrays[int(told["scalar"])][()]
-        if "enum" in told:
-            kind: Any = _named(told["enum"], self._modules)
-            return kind[told["name"]]
-        return getattr(self.value(told["of"]), told["method"])
+        if "constant" in encoded:
+            return self._there[encoded["constant"]]
+        if "scalar" in encoded:
+            return self._taken.arrays[int(encoded["scalar"])][()]
+        if "enum" in encoded:
+            kind: Any = _named(encoded["enum"], self._modules)
+            return kind[encoded["name"]]
+        return getattr(self.value(encoded["of"]), encoded["method"])
 
     def node(self, number: int) -> Any:
         """The object of one node, filled."""
         if number in self._made:
             return self._made[number]
-        told = self._taken.nodes[number]
-        found = self._there.get(told["path"])
+        encoded = self._taken.nodes[number]
+        found = self._there.get(encoded["path"])
         if id(found) in self._used:  # two that were one when they were built
             found = None
-        made = self._begun(told, found)
+        made = self._begun(encoded, found)
         self._made[number] = made
         self._used.add(id(made))
-        self._fill(told, made)
+        self._fill(encoded, made)
         return made
 
-    def _begun(self, told: Mapping[str, Any], found: Any) -> Any:
+    def _begun(self, encoded: Mapping[str, Any], found: Any) -> Any:
         """The object that is to be filled: the one found in its place, where it can be, or an empty
         one.
         """
-        if "array" in told:
-            return self._array(told, found)
-        if "model" in told:
-            kind: Any = _named(told["model"], self._modules)
-            made = kind.model_validate(told["values"])
+        if "array" in encoded:
+            return self._array(encoded, found)
+        if "model" in encoded:
+            kind: Any = _named(encoded["model"], self._modules)
+            made = kind.model_validate(encoded["values"])
             return found if type(found) is kind and found == made else made
-        if "generator" in told:
+        if "generator" in encoded:
             return found if isinstance(found, np.random.Generator) else np.random.default_rng()
-        if "list" in told:
-            wanted: Any = {"list": list, "deque": deque, "set": set}[told["kind"]]
+        if "list" in encoded:
+            wanted: Any = {"list": list, "deque": deque, "set": set}[encoded["kind"]]
             return found if type(found) is wanted else wanted()
-        if "dict" in told:
+        if "dict" in encoded:
             return found if type(found) is dict else {}
-        kind = _named(told["object"], self._modules)
+        kind = _named(encoded["object"], self._modules)
         return found if type(found) is kind else object.__new__(kind)
 
-    def _array(self, told: Mapping[str, Any], found: Any) -> Any:
-        saved = self._taken.arrays[int(told["array"])]
+    def _array(self, encoded: Mapping[str, Any], found: Any) -> Any:
+        saved = self._taken.arrays[int(encoded["array"])]
         if isinstance(found, np.void) and found.dtype == saved.dtype:
             for name in saved.dtype.names or ():
                 found[name] = saved[name]
@@ -324,28 +324,28 @@ class _Putting:
             saved.shape,
             saved.dtype,
         )
-        if fits and found.flags.writeable and told["writeable"]:
+        if fits and found.flags.writeable and encoded["writeable"]:
             found[...] = saved
             return found
         made = saved.copy()
-        made.flags.writeable = bool(told["writeable"])
+        made.flags.writeable = bool(encoded["writeable"])
         return made
 
-    def _fill(self, told: Mapping[str, Any], made: Any) -> None:
-        if "generator" in told:
-            made.bit_generator.state = told["generator"]
-        elif "list" in told:
-            parts = [self.value(part) for part in told["list"]]
+    def _fill(self, encoded: Mapping[str, Any], made: Any) -> None:
+        if "generator" in encoded:
+            made.bit_generator.state = encoded["generator"]
+        elif "list" in encoded:
+            parts = [self.value(part) for part in encoded["list"]]
             made.clear()
-            made.update(parts) if told["kind"] == "set" else made.extend(parts)
-        elif "dict" in told:
-            pairs = [(self.value(key), self.value(part)) for key, part in told["dict"]]
+            made.update(parts) if encoded["kind"] == "set" else made.extend(parts)
+        elif "dict" in encoded:
+            pairs = [(self.value(key), self.value(part)) for key, part in encoded["dict"]]
             made.clear()
             made.update(pairs)
-        elif "object" in told:
-            for name in [name for name, _ in parts_of(made) if name not in told["parts"]]:
+        elif "object" in encoded:
+            for name in [name for name, _ in parts_of(made) if name not in encoded["parts"]]:
                 object.__delattr__(made, name)
-            for name, part in told["parts"].items():
+            for name, part in encoded["parts"].items():
                 object.__setattr__(made, name, self.value(part))
 
 

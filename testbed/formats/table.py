@@ -98,7 +98,7 @@ def in_one_block(size: int, names: Sequence[str] | None = None) -> Any:
     where it has no line of them.
 
     By default several threads read it megabyte by megabyte, and on a busy machine a table once
-    ended with the first of them (Arrow 26): no error was told.
+    ended with the first of them (Arrow 26): no error was reported.
     """
     import pyarrow.csv
 

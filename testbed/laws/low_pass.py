@@ -22,7 +22,7 @@ def steps_of(time_s: Array, usual_s: float) -> Array:
     return np.where(np.abs(steps - usual_s) < USUAL_SHARE * usual_s, usual_s, steps)
 
 
-def slope_so_far(values: Array, steps_s: Array) -> Array:
+def causal_slope(values: Array, steps_s: Array) -> Array:
     """Change from the sample before, (n,), per second; none at the first one."""
     return np.asarray(np.diff(values, prepend=values[:1]) * (1.0 / steps_s), dtype=np.float64)
 

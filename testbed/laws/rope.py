@@ -18,7 +18,7 @@ sagging gives no energy either.
 
 What sag changes, for 30 m of 16 mm rope on 45 degrees (6.8 N/m across, EA 9.8 MN): it is softer by
 3 % at 10 kN, by 21 % at 5 kN and by 81 % at 2 kN; below 1.3 kN its belly rests on the rock. The
-start's tensions are as told.
+start's tensions are as declared.
 """
 
 from __future__ import annotations

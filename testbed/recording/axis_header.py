@@ -160,7 +160,7 @@ class Header(AnyHeader):
 AXIS_RIGS = ("vertical-leg", "cylinder", "drive")
 """Kinds of rig of one axis."""
 NAMED = 4
-"""So many of the quantities that are missing are told by name."""
+"""So many of the quantities that are missing are listed by name."""
 
 
 def read_header(path: Path) -> Header:

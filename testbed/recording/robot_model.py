@@ -28,8 +28,8 @@ class PlacedEffect(Checked):
     def hidden(self) -> Undeclared:
         """The same as a scenario's entry, which checks the place. Raises InputError."""
         values = {name: parameter.value for name, parameter in self.parameters.items()}
-        told = {"effect": self.name, "at": self.place, "parameters": values}
-        return checked(Undeclared, told, f"effects.{self.name}")
+        fields = {"effect": self.name, "at": self.place, "parameters": values}
+        return checked(Undeclared, fields, f"effects.{self.name}")
 
 
 SAME_DRAWING = 1e-4

@@ -120,7 +120,7 @@ NOW = np.array([0], dtype=np.int64)
 
 
 class LivePage:
-    """What a browser is told of one run: the page once, then frames and numbers. `slope`, `ground`:
+    """What a browser is sent of one run: the page once, then frames and numbers. `slope`, `ground`:
     by its scenario.
     """
 

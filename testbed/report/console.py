@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 LEAST_SLIP_M = 1e-3
-"""Slips below it are not told."""
+"""Slips below it are not reported."""
 DOUBT_MEANS = "pressures contradict weight, ropes or drill as believed"
 
 SURPRISING = 2.25
-"""From this `surprise` on it is told. On 360 runs of sound drawn machines it is at most 1.9."""
+"""From this `surprise` on it is reported. On 360 runs of sound drawn machines it is at most 1.9."""
 
 
 def print_json(value: object) -> None:
@@ -143,7 +143,10 @@ def summary_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "the body's balance", f"doubted for {doubted_s:.1f} s ({DOUBT_MEANS})"
     surprise = summary.get("surprise", 1.0)
     if surprise >= SURPRISING:
-        yield "the machine", f"seems {surprise**0.5:.1f} times as far from its belief as was told"
+        yield (
+            "the machine",
+            f"seems {surprise**0.5:.1f} times as far from its belief as its stated uncertainty",
+        )
     named = (summary.get("residuals") or {}).get("stands_out")
     if named:
         way = "short of" if named["error_n"] > 0 else "above"

@@ -38,7 +38,7 @@ ALONG: Mapping[str, float] = {"rotation": 0.0, "radial": 0.5, "vertical": 1.0}
 
 
 SMALL = 1.0e-3
-"""Half of an interval below which numbers are told as powers of ten."""
+"""Half of an interval below which numbers are written as powers of ten."""
 
 
 def page(rows: Sequence[Mapping[str, Any]]) -> str:

@@ -86,8 +86,8 @@ def _rows(diagnosis: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
         unit, factor = units.get(group, of_oil)
         changed = abs(row["after"] - row["refit"]) > 0.02 * row["refit"]
         if group in units or changed:
-            told = {stage: f"{float(f'{factor * value:.3g}'):g}" for stage, value in row.items()}
-            out.append((group.replace("_", " "), unit, told))
+            texts = {stage: f"{float(f'{factor * value:.3g}'):g}" for stage, value in row.items()}
+            out.append((group.replace("_", " "), unit, texts))
     return out
 
 

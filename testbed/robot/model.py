@@ -2,11 +2,10 @@
 once from the URDF.
 
 Conventions: joint positions are (12,) in AXES order (rad for rotation, m for radial and vertical).
-Everything is told in the body frame (origin = origin of the link `body`); the world enters through
-gravity in the body frame alone.
-Generalised vectors are (18,): force or velocity of the body's origin (3), moment or angular
-velocity about it (3), joints (12). Generalised forces are those that hold or drive the machine
-(joint torque positive along the joint's axis).
+Everything is expressed in the body frame (origin = origin of the link `body`); the world enters
+through gravity in the body frame alone. Generalised vectors are (18,): force or velocity of the
+body's origin (3), moment or angular velocity about it (3), joints (12). Generalised forces are
+those that hold or drive the machine (joint torque positive along the joint's axis).
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ from testbed.formats.arrays import Array
 SIDES = 8
 """Edges of the pyramid that stands for a friction cone; its facets lie up to 8 % inside."""
 MOST = 10.0
-"""Pushes beyond ten times the load are not told apart."""
+"""Pushes beyond ten times the load are not distinguished."""
 SMOOTH = 1e-5
 """Weight of the quadratic term that makes the linear program strictly convex; it costs less than
 1e-3 of the load.

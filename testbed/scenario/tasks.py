@@ -1,4 +1,4 @@
-"""What the robot is told to do: the tasks of a scenario, and what drilling consists of."""
+"""What the robot is to do: the tasks of a scenario, and what drilling consists of."""
 
 from __future__ import annotations
 

@@ -80,8 +80,8 @@ class SharedOut:
     def __contains__(self, number: object) -> bool:
         assert isinstance(number, int)
         while self._mine < number:
-            told = os.read(self._numbers, 1)
-            self._mine = told[0] if told else sys.maxsize
+            byte = os.read(self._numbers, 1)
+            self._mine = byte[0] if byte else sys.maxsize
         return self._mine == number
 
     def close(self) -> None:

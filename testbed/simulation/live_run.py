@@ -88,7 +88,7 @@ WhenRecorded = Callable[[Path, dict[str, Any]], None]
 
 
 class Happening(Checked):
-    """What `Run.happen` is told."""
+    """What `Run.happen` is given."""
 
     event: Event
 
@@ -239,8 +239,8 @@ class Run:
         """
         if "at_s" in fields:
             raise InputError("happens now", field="at_s", value=fields["at_s"], allowed="no time")
-        told = {"kind": kind, "at_s": self.t_s, **fields}
-        self._simulation.happen(checked(Happening, {"event": told}, "happen").event)
+        event = {"kind": kind, "at_s": self.t_s, **fields}
+        self._simulation.happen(checked(Happening, {"event": event}, "happen").event)
 
     @property
     def _observing(self) -> tuple[Any, ...]:

@@ -90,8 +90,8 @@ def balance_doubted_s(data: Columns) -> float:
 
 
 def surprise(data: Columns) -> float:
-    """How much further from its belief the machine seemed at the end than was told, by the square;
-    1: as told, or nothing said so.
+    """How much further from its belief the machine seemed at the end than was stated, by the
+    square; 1: as stated, or nothing said so.
     """
     level = data.get("own_surprise")
     return 1.0 if level is None or not len(level) else float(level[-1])

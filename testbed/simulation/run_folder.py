@@ -213,8 +213,8 @@ class RunFolder:
         """
         lost = [*_failing(self._write), *_failing(self._recorder.close)]
         unjoined = _failing(self._recorder.finish)
-        told = lost[0] if lost else None
-        unsaid = _failing(lambda: write_summary(self.folder, summary(told)))
+        reason = lost[0] if lost else None
+        unsaid = _failing(lambda: write_summary(self.folder, summary(reason)))
         untaken = _failing(self._album.finish) if self._album is not None else []
         for error in (*lost, *unjoined, *unsaid, *untaken):
             raise error

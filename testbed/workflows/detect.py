@@ -28,7 +28,8 @@ from testbed.workflows.recorded_feet import RecordedFeet, carrying_of, read_feet
 
 MOST_LOSS_S = 10.0
 LEAST = 1e-3
-"""So much of the time a force may be below what is told as its least: lone samples may lie (E)."""
+"""So much of the time a force may be below the lower end of its interval: lone samples may lie (E).
+"""
 
 
 @dataclass(frozen=True)

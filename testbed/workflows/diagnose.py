@@ -40,8 +40,9 @@ class Diagnosed:
 @dataclass(frozen=True)
 class Wanted:
     """What may be asked of a diagnosis beside its findings. `model`: file to start from; `suggest`:
-    file for a motion that parts what cannot be told apart; `also`: another recording of the robot;
-    `sound`: one from before, when nothing was wrong with it; `moved`: it stood elsewhere then.
+    file for a motion that parts what cannot be distinguished; `also`: another recording of the
+    robot; `sound`: one from before, when nothing was wrong with it; `moved`: it stood elsewhere
+    then.
     """
 
     model: Path | None = None
@@ -187,7 +188,7 @@ def diagnose_recordings(
     Raises InputError for a model or a survey that cannot be understood.
     """
     from testbed.diagnosis.robot.diagnose import judged
-    from testbed.diagnosis.robot.together import together
+    from testbed.diagnosis.robot.two_recordings import together
     from testbed.effects.base import MARK
     from testbed.recording.robot_model import read_robot_model
 
@@ -224,7 +225,7 @@ def balances_of_run(
 ) -> Balances:
     """A recording held against the machine as it believes itself to be; see diagnose_recordings."""
     from testbed.diagnosis.robot.groups import GROUND, raw_groups
-    from testbed.diagnosis.robot.levels import balances_at_level
+    from testbed.diagnosis.robot.noise_levels import balances_at_level
 
     known = None if sound is None else raw_groups(*_measured(sound.run, model))[2]
     if known is not None and sound is not None and sound.moved:
@@ -290,16 +291,16 @@ def suggest_motion(
     promised = promises(Ledger(found.balances), parted, rehearsed)
     if not promised:
         raise InputError("no motion of the catalogue can be made from here", field="--suggest")
-    told = {"parts": [list(names) for names in two], "promised": promised}
+    sets_and_gains = {"parts": [list(names) for names in two], "promised": promised}
     if not parting(promised):
         instead = instead_of_a_motion(parted)
         tell(instead)
-        return {**told, "motion": None, "text": instead}
+        return {**sets_and_gains, "motion": None, "text": instead}
     best = motion_named(parting(promised)[0])
     said = [f"description={json.dumps(best.text)}", *NOTHING_EXPECTED]
     scenario = load_scenario(stood, [*best.overrides(), *said], duration=SECONDS)
     write_text(file, yaml_text(json.loads(scenario.model_dump_json(exclude_defaults=True))))
-    return {**told, "motion": best.name, "text": best.text}
+    return {**sets_and_gains, "motion": best.name, "text": best.text}
 
 
 def _rehearsal(stood: Path, overrides: list[str]) -> Balances:

@@ -178,11 +178,11 @@ def _of_robot(folder: Path, model: str | Path | None, estimator: str) -> Mapping
     with naming(run.file):
         rows = replay_rows(run.data, belief)
     start(chosen, belief.dt_s)
-    told = intervals_over(chosen, rows)
+    intervals = intervals_over(chosen, rows)
     out = {"t": np.asarray(run.data["t"])}
     for place, leg in enumerate(LEGS):
         for kind, ending in enumerate(("", "_low", "_high")):
-            out[f"force_{leg}_n{ending}"] = np.ascontiguousarray(told[:, kind, place])
+            out[f"force_{leg}_n{ending}"] = np.ascontiguousarray(intervals[:, kind, place])
     return out
 
 

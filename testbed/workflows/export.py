@@ -99,9 +99,9 @@ def _write_mcap(run: RecordedRun, rows: npt.NDArray[np.int64], path: Path) -> No
         frames = _frames(run, rows)
         for row, transforms in zip(rows.tolist(), frames, strict=True):
             time_ns = round(float(run.time_s[row]) * 1e9)
-            told: dict[str, Any] = {name: _row(found, row) for name, found in series.items()}
-            told["/tf"] = {"transforms": transforms}
-            for topic, message in told.items():
+            messages: dict[str, Any] = {name: _row(found, row) for name, found in series.items()}
+            messages["/tf"] = {"transforms": transforms}
+            for topic, message in messages.items():
                 data = json.dumps(message).encode()
                 writer.add_message(channels[topic], time_ns, data, time_ns)
         writer.finish()

@@ -14,9 +14,11 @@ HEADER, TRUTH = "recording.yaml", "truth.parquet"
 
 
 def header_of(folder: Path) -> Mapping[str, Any]:
-    """What `recording.yaml` says; nothing where there is none."""
-    path = check_links(folder) / HEADER
-    meta = read_yaml(path) if path.is_file() else None
+    """What `recording.yaml` says; nothing where there is none. Only a folder with one is searched
+    for links: an answer may go into any other, however large and whatever else it holds.
+    """
+    path = folder / HEADER
+    meta = read_yaml(check_links(folder) / HEADER) if path.is_file() else None
     return meta if isinstance(meta, Mapping) else {}
 
 

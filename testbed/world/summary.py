@@ -69,8 +69,8 @@ def progress(gait: Gait, drill: Drilling, t: float, to_its_end: bool) -> dict[st
     """
     while isinstance(gait, Layered):
         gait = gait.gait
-    told = getattr(gait, "progress", None)
-    parts = [drill.progress(), *([] if told is None else [told(t)])]
+    own_progress = getattr(gait, "progress", None)
+    parts = [drill.progress(), *([] if own_progress is None else [own_progress(t)])]
     ends = [bool(part["done"]) for part in parts if "done" in part] or [to_its_end]
     found: dict[str, Any] = {"done": True}
     for part in parts:

@@ -13,14 +13,14 @@ from synthetic_bench import bench
 from testbed.benchmarks.diagnosis.bench_laws import ON_A_DRIVE, Motion
 from testbed.benchmarks.diagnosis.bench_rigs import make_bench
 from testbed.benchmarks.diagnosis.bench_trials import fit, left_out, right, trial
+from testbed.diagnosis.leg.acceptance import Trial
 from testbed.diagnosis.leg.base_models import declared, fit_base
 from testbed.diagnosis.leg.companions import companions
 from testbed.diagnosis.leg.diagnose import diagnose, nothing_lacking
 from testbed.diagnosis.leg.findings import as_json
 from testbed.diagnosis.leg.fit import _step
+from testbed.diagnosis.leg.leave_one_out import runs_of, worst_ratio
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.proof import Trial
-from testbed.diagnosis.leg.runs import runs_of, worst_ratio
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.verification import STAGES
 from testbed.estimation.friction.posterior import fit_side

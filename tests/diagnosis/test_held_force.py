@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.diagnosis.bench_rigs import make_bench
+from testbed.diagnosis.leg.acceptance import _excludes_zero, told_as_late
 from testbed.diagnosis.leg.base_models import fit_base
 from testbed.diagnosis.leg.fit import solve
 from testbed.diagnosis.leg.points import restarted
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.proof import _excludes_zero, told_as_late
 from testbed.diagnosis.leg.series import series_of
 from testbed.effects import by_name
 from testbed.effects.active import Active

@@ -121,7 +121,7 @@ def test_scores_count_names_places_intervals_and_what_is_closed() -> None:
     ("before", "after", "believed"),
     [(1.0, 0.9, 1), (1.0, 1.0, 1), (1.0, 1.01, 1), (1.0, 1.03, 0), (6.0, 1.03, 1), (6.0, 1.06, 0)],
 )
-def test_what_foretells_forces_worse_is_said_but_not_believed(
+def test_what_predicts_forces_worse_is_said_but_not_believed(
     before: float, after: float, believed: int
 ) -> None:
     found = Found("sensor.gain_a", "fl_vertical", {"gain_error": Parameter(value=0.1, unit="1")})

@@ -15,14 +15,14 @@ from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE, swung
 from testbed.diagnosis.robot.friction import side_coefficient, side_growth
 from testbed.diagnosis.robot.hypotheses import Hypothesis
-from testbed.diagnosis.robot.levels import left_by, level_of
 from testbed.diagnosis.robot.motion_noise import (
     left_by_motions,
     slides_surely,
     swings,
     taken_by_stops,
 )
-from testbed.diagnosis.robot.places import PLAY_S, lies_in_play, played, rounded, swept
+from testbed.diagnosis.robot.noise_levels import left_by, level_of
+from testbed.diagnosis.robot.piston_positions import PLAY_S, lies_in_play, played, rounded, swept
 from testbed.diagnosis.robot.tolerances import middle
 from testbed.effects.force_cushion import BEYOND_M, Cushion
 from testbed.effects.hydraulics_air import compliance_1_pa, free_share

@@ -23,7 +23,7 @@ from testbed.diagnosis.robot.motions import (
     rivals,
 )
 from testbed.diagnosis.robot.probabilities import RobotSigns
-from testbed.diagnosis.robot.together import APART_S, Changes, together
+from testbed.diagnosis.robot.two_recordings import APART_S, Changes, together
 from testbed.effects import by_name
 from testbed.effects.signature import Change
 from testbed.errors import InputError

@@ -17,13 +17,13 @@ from testbed.benchmarks.estimators.identification_trials import (
     recording_of,
     speed_profile,
 )
-from testbed.diagnosis.leg import proof
-from testbed.diagnosis.leg.alike import _numbers_for
+from testbed.diagnosis.leg import acceptance
+from testbed.diagnosis.leg.acceptance import Trial, repeated
 from testbed.diagnosis.leg.base_models import declared, fit_base, usual_effects, within_tolerance
 from testbed.diagnosis.leg.evidence import evidence
 from testbed.diagnosis.leg.hypotheses import fit_with, promise
+from testbed.diagnosis.leg.indistinguishable import _numbers_for
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.proof import Trial, repeated
 from testbed.diagnosis.leg.search import Candidate
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.unexplained import is_as_sound
@@ -194,7 +194,7 @@ def test_draws_that_prefer_what_does_the_same_name_an_effect_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """However far the rival is behind on the whole of the data."""
-    monkeypatch.setattr(proof, "alike", lambda state, kept, name: ("force.cushion",))
+    monkeypatch.setattr(acceptance, "alike", lambda state, kept, name: ("force.cushion",))
     won = {frozenset({"force.spring"}): 0.7, frozenset({"force.cushion", "inertia.mass"}): 0.3}
     kept = SimpleNamespace(names=("force.spring",))
     assert repeated(None, kept, "force.spring", won) == pytest.approx(1.0)  # type: ignore[arg-type]

@@ -49,7 +49,7 @@ def test_losses_delays_and_wrong_seconds_are_the_detectors() -> None:
 @pytest.mark.parametrize(("surprise", "times"), [(4.0, "2.0"), (9.0, "3.0")])
 def test_a_machine_that_is_not_as_believed_is_told(surprise: float, times: str) -> None:
     row = told(surprise=surprise)["the machine"]
-    assert row == f"seems {times} times as far from its belief as was told"
+    assert row == f"seems {times} times as far from its belief as its stated uncertainty"
     assert told(surprise=1.9) == told()
 
 

@@ -212,9 +212,9 @@ def train_on(folder: Path, out: Path, epochs: int, beside: Path | None = None) -
     yield f"{len(places)} scenes, {len(made)} tapes, {len(lost)} cases, {lost.mean():.3f} of them lost"
     members: list[Layers] = []
     for seed in range(MEMBERS // (1 + len(kept))):
-        told: list[str] = []
-        members.append(train(views, lost, weight, epochs, told.append, seed))
-        yield from told
+        progress_lines: list[str] = []
+        members.append(train(views, lost, weight, epochs, progress_lines.append, seed))
+        yield from progress_lines
     layers = side_by_side([*kept, side_by_side(members)])
     arrays = {f"weight_{k}": w.astype(np.float32) for k, (w, _) in enumerate(layers)}
     arrays |= {f"bias_{k}": b.astype(np.float32) for k, (_, b) in enumerate(layers)}

@@ -8,10 +8,10 @@ of:
 - it came true only if a loss of that foot (estimation/contact_losses.py) begins within the 2 s;
   other warnings are false; those whose load fell below twice the force of a loss are `near`;
 - every warning counts, also a second one of the same fall;
-- feet that bore LIGHT_SHARE of the nominal load in the last 2 s count; lighter feet are told apart.
+- feet that bore LIGHT_SHARE of the nominal load in the last 2 s count; lighter feet apart.
 
 A gradual loss is warned of in time by a warning 0.1 to 2 s before it. Of the warnings that came
-true, those that came 0.1 s or more before the foot was lost are told apart as `early`: the others
+true, those that came 0.1 s or more before the foot was lost count apart as `early`: the others
 say little that the alarm does not.
 """
 

@@ -150,9 +150,9 @@ def _generation(task: str, seed: int, course: Course) -> None:
 def _scores(task: str, case: int, weights: list[Array]) -> tuple[list[float], int]:
     """Score of each network on a case, and how many steps were made for them all."""
     place = stage(TASKS[task])
-    told = place.begin(case)
+    observation = place.begin(case)
     agent = Corrected(correction(np.zeros(SHAPE)))
-    paid, told = place.play(agent, told, until_s=place.env.fault_s)
+    paid, observation = place.play(agent, observation, until_s=place.env.fault_s)
     parting, steps, scores = place.env.save(), agent.decisions, []
     for each in weights:
         other = agent.with_network(correction(each))

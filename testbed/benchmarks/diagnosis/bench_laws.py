@@ -209,4 +209,4 @@ def _listed(kind: str) -> dict[str, Law]:
 ON_A_DRIVE: dict[str, Law] = _listed("drive")
 ON_A_CYLINDER: dict[str, Law] = _listed("cylinder")
 AS_LARGE_AS_FRICTION: tuple[str, ...] = tuple(LISTED["as_large_as_friction"])
-"""Listed laws whose size is not told by one recording: friction itself sets it."""
+"""Listed laws whose size one recording does not determine: friction itself sets it."""

@@ -54,14 +54,14 @@ def trial(seed: int) -> Trial:
     found = diagnose(rig)
     assert found.proof is not None
     companion = max(found.companions.values(), default=0.0)
-    told = signs(found.state, found.proof, found.found, companion)
+    judged_signs = signs(found.state, found.proof, found.found, companion)
     return {
         "seed": seed,
         "rig": rig.kind,
         **vars(hidden),
         "seconds": time.perf_counter() - began,
         "kept": list(found.proof.kept.names),
-        "signs": told.as_json(),
+        "signs": judged_signs.as_json(),
         "verdict": found.verdict.kind,
         "names": [entry.name for entry in found.entries],
         "goes_with": dict(found.verdict.goes_with),
@@ -115,11 +115,11 @@ def shares(trials: Sequence[Trial]) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for rig in ("drive", "cylinder"):
         for kind in ("outside", "listed", "clean"):
-            told = [
+            judged_signs = [
                 right(trial) for trial in trials if trial["rig"] == rig and trial["kind"] == kind
             ]
-            if told:
-                out[f"{rig}, {kind}"] = {"right": sum(told), **rate(told)}
+            if judged_signs:
+                out[f"{rig}, {kind}"] = {"right": sum(judged_signs), **rate(judged_signs)}
     return out
 
 
@@ -136,8 +136,10 @@ def fit(trials: Sequence[Trial]) -> BenchCalibration:
     weights = _regression(rows, outside)
     proven = [trial for trial in trials if trial["kind"] != "outside" and trial["kept"]]
     stray = _rate([[trial["law"]] not in _said(trial) for trial in proven])
-    told = [(answer(row, weights), there) for row, there in zip(rows, outside, strict=True)]
-    sure = [(found > 0.5) != there for found, there in told if abs(found - 0.5) > SURE - 0.5]
+    judged_signs = [(answer(row, weights), there) for row, there in zip(rows, outside, strict=True)]
+    sure = [
+        (found > 0.5) != there for found, there in judged_signs if abs(found - 0.5) > SURE - 0.5
+    ]
     return BenchCalibration(weights, stray, _rate(sure), shipped().fading)
 
 

@@ -2,7 +2,7 @@
 
 Of ordinary runs three to five in a hundred are. Here the machine of a sound run hides one effect,
 drawn as there and made smaller, and that is drawn anew until the sound recording lets two sets of
-effects be foretold to be close: what its balances would miss with the effect is added to what they
+effects be predicted to be close: what its balances would miss with the effect is added to what they
 miss. Nothing is drawn by the run itself, whose noise is another. Sets that are close to nothing at
 all are not sought: any effect that only begins to show is, and noise decides then.
 """
@@ -44,15 +44,15 @@ TRIES = 400
 
 
 def close_run(seed: int, recordings: Path | None) -> Drawn | None:
-    """The run of a seed; None where nothing that is drawn is foretold to be close."""
+    """The run of a seed; None where nothing that is drawn is predicted to be close."""
     sound = drawn(seed)
     asked = Asked(recordings)
     balances = balances_in(run_of(sound.scenario(), recordings), before_of(sound, asked))
-    foreteller = Foreteller(Ledger(balances))
+    forecast = Forecast(Ledger(balances))
     rng = np.random.default_rng([seed, 43])
     for _ in range(TRIES):
         hidden = small_effect(rng, sound.motion)
-        two = rivals(foreteller.told(hidden))
+        two = rivals(forecast.ranked(hidden))
         if two is not None and () not in two:
             overrides = (*sound.overrides[:-1], f"undeclared={json.dumps([hidden])}")
             kind = "outside" if hidden["effect"] in hidden_sizes()["unnamed"] else "single"
@@ -76,15 +76,15 @@ def small_effect(rng: np.random.Generator, motion: str) -> dict[str, Any]:
     return hidden
 
 
-class Foreteller:
-    """What a sound recording lets be foretold of one with an effect."""
+class Forecast:
+    """The diagnosis expected of a sound recording with an effect added."""
 
     def __init__(self, sound: Ledger) -> None:
         self.sound = sound
         balances = sound.balances
         self._roots = {key: group.root() for key, group in balances.raw.items()}
 
-    def told(self, hidden: Mapping[str, Any]) -> tuple[tuple[Names, float], ...]:
+    def ranked(self, hidden: Mapping[str, Any]) -> tuple[tuple[Names, float], ...]:
         """(names, probability) of single effects, the likeliest first; nothing for an effect of
         which the recording shows none of its numbers.
         """
@@ -144,7 +144,7 @@ class CloseCases(Benchmark[int]):
         try:
             close = close_run(case, self.recordings)
             if close is None:
-                return {"seed": case, "refused": "nothing is foretold to be close"}
+                return {"seed": case, "refused": "nothing is predicted to be close"}
             return trial_of(close, Asked(self.recordings, closed=False, alone=False))
         except InputError as error:
             return {"seed": case, "refused": str(error)}

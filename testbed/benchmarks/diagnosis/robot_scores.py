@@ -69,8 +69,8 @@ def alone_of(trial: Trial) -> Trial:
 
 
 def second_motion(close: Sequence[Trial]) -> dict[str, Any]:
-    """Of runs whose two likeliest sets could not be told apart: how often what is hidden was said
-    without a second motion, and with it.
+    """Of runs whose two likeliest sets could not be distinguished: how often what is hidden was
+    said without a second motion, and with it.
     """
     shown = [t for t in close if t["kind"] == "clean" or len(t["second"]["visible"])]
     motions = [t["second"]["motion"] for t in close]
@@ -162,7 +162,7 @@ def _fits(t: Trial, of: Any) -> bool:
 
 
 def _covered(t: Trial) -> bool:
-    """Whether each visible name was said, or said to be not told apart from one that was said."""
+    """Whether each visible name was reported, or as indistinguishable from a reported one."""
     told = [{f"{e['name']}@{e['place']}", *e["ambiguous_with"]} for e in t["effects"]]
     return all(any(name in names for names in told) for name in t["visible"])
 

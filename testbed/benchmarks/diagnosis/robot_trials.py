@@ -126,7 +126,7 @@ def balances_in(run: Run, sound: Run | None = None) -> Balances:
     of the same machine, with nothing hidden.
     """
     from testbed.diagnosis.robot.groups import raw_groups
-    from testbed.diagnosis.robot.levels import balances_at_level
+    from testbed.diagnosis.robot.noise_levels import balances_at_level
 
     known = None if sound is None else raw_groups(*_measured(sound))[2]
     return balances_at_level(*_measured(run), {}, known)
@@ -159,8 +159,8 @@ def visible(ledger: Ledger, case: Drawn) -> list[str]:
 
 
 def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> dict[str, Any]:
-    """Where the two likeliest sets cannot be told apart: the motion that is chosen, and what both
-    recordings together say; what the first one says where no motion is to part them.
+    """Where the two likeliest sets cannot be distinguished: the motion that is chosen, and what
+    both recordings together say; what the first one says where no motion is to part them.
     """
     from testbed.diagnosis.robot.diagnose import judged
     from testbed.diagnosis.robot.findings import as_json
@@ -172,7 +172,7 @@ def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> di
         promises,
         rivals,
     )
-    from testbed.diagnosis.robot.together import together
+    from testbed.diagnosis.robot.two_recordings import together
 
     two, parted = rivals(found.verdict.hypotheses), parted_sets(found)
     if two is None or parted is None:

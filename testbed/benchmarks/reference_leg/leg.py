@@ -19,7 +19,7 @@ from testbed.formats.records import Record, Records, quantity
 
 
 class LegParameters(Record):
-    """Everything that a simulation of the leg is told; what is not named is 0."""
+    """Everything that a simulation of the leg takes; what is not named is 0."""
 
     # Geometry, mass, oil
     area_a = quantity("m2", "piston area of chamber A")

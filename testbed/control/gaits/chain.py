@@ -66,8 +66,8 @@ class Chain:
 
     def progress(self, t: float) -> dict[str, Any]:
         """Which part is at work, and how far it is."""
-        told = getattr(walk_in(self._gait) or self._gait, "progress", None)
-        part = {} if told is None else dict(told(t - self._began_s))
+        own_progress = getattr(walk_in(self._gait) or self._gait, "progress", None)
+        part = {} if own_progress is None else dict(own_progress(t - self._began_s))
         last = self._index + 1 == len(self._parts)
         done = last and self._is_over(t - self._began_s, bool(part.get("done", True)))
         count = {"part": self._parts[self._index].kind, "parts_done": self._index + int(done)}
@@ -80,8 +80,10 @@ class Chain:
             return since_s >= (part.for_s or 0.0)
         if isinstance(part, Drill | DrillHole):
             return self.drill_done
-        told = getattr(self._gait, "progress", None)
-        return unless_told if told is None else bool(told(since_s).get("done", False))
+        own_progress = getattr(self._gait, "progress", None)
+        return (
+            unless_told if own_progress is None else bool(own_progress(since_s).get("done", False))
+        )
 
     def _next(self, t: float, measured: Measured) -> None:
         """Begin the next part where the machine stands now."""

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from testbed.diagnosis.leg.leave_one_out import RunErrors, Runs, overall, worst_ratio
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.runs import RunErrors, Runs, overall, worst_ratio
 from testbed.diagnosis.leg.series import Series
 from testbed.effects.unnamed import UNNAMED, basis, friction_shapes
 from testbed.recording.axis import Recording

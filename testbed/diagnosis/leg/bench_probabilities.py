@@ -25,16 +25,16 @@ from typing import Any
 
 import numpy as np
 
+from testbed.diagnosis.leg.acceptance import Proof
 from testbed.diagnosis.leg.entries import memory_of
 from testbed.diagnosis.leg.evidence import Evidence, Key
-from testbed.diagnosis.leg.fading import fading, fading_signs
+from testbed.diagnosis.leg.fading_friction import fading, fading_signs
+from testbed.diagnosis.leg.leave_one_out import overall
 from testbed.diagnosis.leg.probabilities import answer
-from testbed.diagnosis.leg.proof import Proof
 from testbed.diagnosis.leg.rivals import exchanged
-from testbed.diagnosis.leg.runs import overall
+from testbed.diagnosis.leg.run_variation import steady
 from testbed.diagnosis.leg.search import Search
 from testbed.diagnosis.leg.unexplained import Unexplained, excess_over
-from testbed.diagnosis.leg.wander import steady
 
 FILE = Path(__file__).with_name("bench_calibration.yaml")
 Names = tuple[str, ...]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
+from testbed.diagnosis.leg.acceptance import Proof, proven
 from testbed.diagnosis.leg.amplitude import with_amplitudes
 from testbed.diagnosis.leg.base_models import declared, fit_base, not_declared
 from testbed.diagnosis.leg.bench_correction import bench_correction
@@ -12,10 +13,9 @@ from testbed.diagnosis.leg.companions import companions
 from testbed.diagnosis.leg.entries import entries_of, memory_of
 from testbed.diagnosis.leg.findings import Diagnosis
 from testbed.diagnosis.leg.generic import correction
+from testbed.diagnosis.leg.leave_one_out import worst_ratio
 from testbed.diagnosis.leg.prediction import block_covariance
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.proof import Proof, proven
-from testbed.diagnosis.leg.runs import worst_ratio
 from testbed.diagnosis.leg.search import Progress, Search, search
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.unexplained import Unexplained, unexplained
@@ -103,7 +103,9 @@ def _judged_leg(state: Search, rig: Rig, identified: LegModel) -> _Judged:
 
 
 def _judged_bench(state: Search, rig: Rig) -> _Judged:
-    """Keep only the names that pass their trials (proof.py); the rest may be an unnamed effect."""
+    """Keep only the names that pass their trials (acceptance.py); the rest may be an unnamed
+    effect.
+    """
     proof = proven(state, rig.identify)
     state.best, state.order = proof.kept, list(proof.kept.names)
     found = unexplained(state, rig.identify)

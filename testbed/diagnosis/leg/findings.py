@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from testbed.diagnosis.leg.acceptance import Proof
 from testbed.diagnosis.leg.entries import memory_of
 from testbed.diagnosis.leg.hypotheses import LeftOut
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.proof import Proof
 from testbed.diagnosis.leg.search import Search
 from testbed.diagnosis.leg.unexplained import Unexplained
 from testbed.diagnosis.leg.valve_edges import edges_of

@@ -28,7 +28,7 @@ from pathlib import Path
 
 import numpy as np
 
-from testbed.diagnosis.leg.fading import fading_signs
+from testbed.diagnosis.leg.fading_friction import fading_signs
 from testbed.diagnosis.leg.signs import SetSigns, Signs
 
 FILE = Path(__file__).with_name("calibration.yaml")

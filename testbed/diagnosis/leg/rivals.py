@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from testbed.diagnosis.leg.alike import alike
+from testbed.diagnosis.leg.indistinguishable import alike
 from testbed.diagnosis.leg.search import Candidate, Search
 
 Names = frozenset[str]

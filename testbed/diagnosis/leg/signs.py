@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from testbed.diagnosis.leg.evidence import Evidence, Key, of_residual
-from testbed.diagnosis.leg.fading import fading
-from testbed.diagnosis.leg.form import form_floors
+from testbed.diagnosis.leg.fading_friction import fading
+from testbed.diagnosis.leg.model_form_error import form_floors
 from testbed.diagnosis.leg.prediction import held_out, shown_by_one
 from testbed.diagnosis.leg.search import LEAST_FALL, LEAST_GAIN, Candidate, Search
 from testbed.diagnosis.leg.unexplained import Unexplained
@@ -25,13 +25,13 @@ class SetSigns:
 
     `gain`: held-out log-likelihood over the refit; `more`: over the set before; `fall`: largest
     relative fall of a group's noise from the set before; `carried`: log-likelihood gained where
-    each recording is predicted from the others, if they can, see `_by_recording`; `worst`:
-    relative growth of the noise of the recording that suffers most then.
-    `force`, `flow`: largest noise over the floor of the sensors, and of what no law's form is true
-    to (form.py), that the set leaves in a group of that kind in the air; `pressed`: in one of
-    either kind on the load cell. `uneven`: how far the valve's metering edges differ, see
-    Edges.unevenness; `late`: samples by which its commands act later than the rows of the usual
-    recorder say; `fading`: how far its dry friction vanishes with speed, see fading.py.
+    each recording is predicted from the others, if they can, see `_by_recording`; `worst`: relative
+    growth of the noise of the recording that suffers most then. `force`, `flow`: largest noise over
+    the floor of the sensors, and of what no law's form is true to (model_form_error.py), that the
+    set leaves in a group of that kind in the air; `pressed`: in one of either kind on the load
+    cell. `uneven`: how far the valve's metering edges differ, see Edges.unevenness; `late`: samples
+    by which its commands act later than the rows of the usual recorder say; `fading`: how far its
+    dry friction vanishes with speed, see fading_friction.py.
     """
 
     names: tuple[str, ...]

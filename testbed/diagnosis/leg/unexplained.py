@@ -13,7 +13,7 @@ from testbed.diagnosis.leg.evidence import Evidence, Key, evidence
 from testbed.diagnosis.leg.fit import Fit, solve
 from testbed.diagnosis.leg.floor import group_floors
 from testbed.diagnosis.leg.flow_structure import flow_structure
-from testbed.diagnosis.leg.form import form_floors
+from testbed.diagnosis.leg.model_form_error import form_floors
 from testbed.diagnosis.leg.points import Point, restarted
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.search import Candidate, Search

@@ -16,18 +16,18 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
 
 from testbed.diagnosis.leg import bench_probabilities as bench
-from testbed.diagnosis.leg.alike import alike
-from testbed.diagnosis.leg.costs import dearest
+from testbed.diagnosis.leg.acceptance import Proof, trial, worse_than
+from testbed.diagnosis.leg.bootstrap import Names, wins
 from testbed.diagnosis.leg.entries import at_bounds
-from testbed.diagnosis.leg.other_laws import BENT, other_laws, other_laws_within
+from testbed.diagnosis.leg.fit_cost import dearest
+from testbed.diagnosis.leg.indistinguishable import alike
 from testbed.diagnosis.leg.probabilities import (
     beyond_none,
     calibration,
     distribution,
     standing,
 )
-from testbed.diagnosis.leg.proof import Proof, trial, worse_than
-from testbed.diagnosis.leg.resampled import Names, wins
+from testbed.diagnosis.leg.rival_laws import BENT, other_laws, other_laws_within
 from testbed.diagnosis.leg.rivals import near
 from testbed.diagnosis.leg.search import LEAST_FALL, LEAST_GAIN, Candidate, Search
 from testbed.diagnosis.leg.signs import signs

@@ -18,9 +18,9 @@ import numpy.typing as npt
 
 from testbed.diagnosis.robot import friction
 from testbed.diagnosis.robot.bins import Bins
-from testbed.diagnosis.robot.held_ropes import HeldRopes
 from testbed.diagnosis.robot.oil import Oil
-from testbed.diagnosis.robot.rope_ways import rope_ways
+from testbed.diagnosis.robot.rope_directions import rope_ways
+from testbed.diagnosis.robot.rope_stiffness import HeldRopes
 from testbed.diagnosis.robot.supply import Supply
 from testbed.effects.signature import RobotSeen
 from testbed.machine.model import Machine

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.shaking import of_lifted_feet, over_standing_feet, quick
+from testbed.diagnosis.robot.body_vibration import of_lifted_feet, over_standing_feet, quick
 from testbed.estimation.cylinder import replace_clipped
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ

@@ -18,11 +18,11 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import BIN_S, SETTLING_S
-from testbed.diagnosis.robot.by_law import weighed_by_law
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import FORCES, GROUND, Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.motion_kinds import motion_kinds
+from testbed.diagnosis.robot.nonlinear_fit import weighed_by_law
 from testbed.diagnosis.robot.parameters import Found, found_in
 from testbed.diagnosis.robot.probabilities import (
     NO_NAME,
@@ -33,7 +33,7 @@ from testbed.diagnosis.robot.probabilities import (
     has_names,
     leading,
 )
-from testbed.diagnosis.robot.walked import hangs
+from testbed.diagnosis.robot.walking_bias import hangs
 from testbed.effects import ALL
 from testbed.effects.signature import Signature
 from testbed.errors import InputError
@@ -114,7 +114,7 @@ class RobotDiagnosis:
     """
 
     @property
-    def foretells_forces(self) -> bool:
+    def predicts_forces(self) -> bool:
         """Whether the effects predict the kept-back forces about as well as the tolerances of a
         sound machine do, or better; or hardly worse beside all that is missing without either; or
         not surely worse, by how much its seconds differ. If not, they are reported but not put into

@@ -57,7 +57,7 @@ class RawGroup:
     missing: Array
     """(rows,)"""
     time_s: Array
-    """(rows,); rows further apart than PIECE_S can foretell each other."""
+    """(rows,); rows further apart than PIECE_S can predict each other."""
     noise: Array
     """(rows, rows) covariance of what nobody knows in any machine; `lasting`: the part of it that
     lasts, which a recording cannot show to be smaller.
@@ -166,7 +166,7 @@ RECALLED = 0.2
 them: the forces of 28 sound machines are likeliest by that (B).
 """
 PIECE_S = 2.0
-"""A recording is cut into pieces of this length, where one part of it is to foretell another."""
+"""A recording is cut into pieces of this length, where one part of it is to predict another."""
 ROUNDS = 30
 """Means of overlapping labels are taken out in turns, so many times."""
 FREE = 1.0

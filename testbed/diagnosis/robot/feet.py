@@ -17,7 +17,7 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.bins import Bins
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.places import lies_in_play, wanders
+from testbed.diagnosis.robot.piston_positions import lies_in_play, wanders
 from testbed.diagnosis.robot.tolerances import standard_deviation
 from testbed.effects.signature import Change
 from testbed.machine.names import AXES, LEGS

@@ -22,22 +22,22 @@ QUANTITIES = {
     GROUND: "ground_rad",
 }
 """Group -> how its error is called; the oil's are `flow_m3_s`, the lines' `force_n`."""
-NOT_BELIEVED = "what was found foretells the forces kept back worse than refitted tolerances do"
+NOT_BELIEVED = "what was found predicts the kept-back forces worse than refitted tolerances do"
 
 
 def as_json(d: RobotDiagnosis) -> dict[str, Any]:
     """The contents of findings.json; an effect has a `place` beside its name, a hypothesis is
     `name@place`.
     """
-    told = [(names, p) for names, p in d.verdict.hypotheses if p >= LEAST_PROBABILITY]
-    total = sum(p for _, p in told)
+    listed = [(names, p) for names, p in d.verdict.hypotheses if p >= LEAST_PROBABILITY]
+    total = sum(p for _, p in listed)
     return {
         "format": FORMAT,
         "rig": d.name,
         "verdict": d.verdict.kind,
         "effects": [_effect(d, found) for found in d.found],
-        **({"believed": d.foretells_forces} if d.found else {}),
-        "hypotheses": [{"names": list(names), "probability": p / total} for names, p in told],
+        **({"believed": d.predicts_forces} if d.found else {}),
+        "hypotheses": [{"names": list(names), "probability": p / total} for names, p in listed],
         "error": {
             "force_n": d.errors[FORCES],
             "by_recording": {
@@ -75,10 +75,10 @@ def _effect(d: RobotDiagnosis, found: Found) -> dict[str, Any]:
 
 def models(d: RobotDiagnosis, believed: RobotModelFile) -> dict[str, RobotModelFile]:
     """`before`, `refit` and `after`: what was believed, and that with what was found, unless forces
-    that were kept back are foretold worse with it. Of a robot nothing is refitted that all machines
-    share: its numbers are commissioning's.
+    that were kept back are predicted worse with it. Of a robot nothing is refitted that all
+    machines share: its numbers are commissioning's.
     """
-    found = d.found if d.foretells_forces else ()
+    found = d.found if d.predicts_forces else ()
     new = tuple(
         PlacedEffect(name=f.kind, place=f.place, parameters=dict(f.parameters)) for f in found
     )
@@ -120,7 +120,7 @@ def summary_rows(d: RobotDiagnosis) -> tuple[list[str], list[list[str]]]:
         rows.append([spoken(found.name), numbers.strip(), probability])
     error = ", ".join(f"{k} {v:.0f}" for k, v in d.errors[FORCES].items())
     rows.append(["equations of motion", error, "missing on the part kept back, N and N m"])
-    if d.found and not d.foretells_forces:
+    if d.found and not d.predicts_forces:
         rows.append(["model.yaml", "as before", NOT_BELIEVED])
     return ["", "value", ""], rows
 

@@ -25,7 +25,7 @@ from testbed.diagnosis.robot.motion_noise import (
     turns,
 )
 from testbed.diagnosis.robot.tolerances import LATE_S, expected, middle, standard_deviation
-from testbed.diagnosis.robot.walked import hangs, lighter, lighter_yet, ropes_off
+from testbed.diagnosis.robot.walking_bias import hangs, lighter, lighter_yet, ropes_off
 from testbed.effects import ALL
 from testbed.effects.friction_position import PositionFriction
 from testbed.effects.friction_pressure import PressureFriction

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.bins import Bins
 from testbed.diagnosis.robot.evidence import PIECE_S, RawGroup
-from testbed.diagnosis.robot.walked import hangs
+from testbed.diagnosis.robot.walking_bias import hangs
 from testbed.effects.signature import Change
 from testbed.machine.names import LEGS
 from testbed.robot.model import rotation_from_attitude

@@ -13,14 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot import feet, forces, ground, oil_evidence, recalled
+from testbed.diagnosis.robot import feet, forces, ground, oil_evidence, prior_transfer
 from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.evidence import RawGroup, Whitened
 from testbed.diagnosis.robot.hauling import hauling_of
-from testbed.diagnosis.robot.held_ropes import held_ropes
-from testbed.diagnosis.robot.lines import lines_of
 from testbed.diagnosis.robot.oil import oil_of
+from testbed.diagnosis.robot.rope_stiffness import held_ropes
+from testbed.diagnosis.robot.spectral_lines import lines_of
 from testbed.diagnosis.robot.supply import supply_of
 from testbed.diagnosis.robot.unexplained import ALL_UNEXPLAINED
 from testbed.effects import ALL
@@ -162,7 +162,7 @@ def _beside(raw: Mapping[str, RawGroup], sound: Mapping[str, RawGroup]) -> dict[
     """
     elsewhere = not ground.is_same_place(raw.get(GROUND), sound.get(GROUND))
     kept = {k: group for k, group in raw.items() if k != GROUND or not elsewhere}
-    share = recalled.shares({k: g for k, g in kept.items() if k.startswith(OIL)}, sound)
+    share = prior_transfer.shares({k: g for k, g in kept.items() if k.startswith(OIL)}, sound)
     return {k: g.knowing(sound[k], share.get(k)) if k in sound else g for k, g in kept.items()}
 
 

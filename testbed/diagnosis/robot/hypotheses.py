@@ -18,7 +18,7 @@ import numpy.typing as npt
 from scipy.special import log_ndtr
 
 from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances
-from testbed.diagnosis.robot.parts import PARTS, Alone, log_evidence, parts_of
+from testbed.diagnosis.robot.held_out_parts import PARTS, Alone, log_evidence, parts_of
 from testbed.diagnosis.robot.unexplained import is_unexplained
 from testbed.effects import kind_of, place_of
 from testbed.machine.names import AXES
@@ -41,7 +41,7 @@ where its effect has others.
 DRAWS = 1000
 """Of an effect's likely numbers so many are tried, the same in every run."""
 KEPT = 60
-"""Of all hypotheses so many of the best are told."""
+"""Of all hypotheses so many of the best are reported."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,7 +215,7 @@ class Ledger:
 
     def _held(self, one: Hypothesis) -> Hypothesis:
         """A hypothesis whose evidence is at most what it foresees of parts that are kept back,
-        beside that of its courses in time, which no other part can foretell; and less what it costs
+        beside that of its courses in time, which no other part can predict; and less what it costs
         that its numbers can hardly be, however well it foresees with them.
         """
         courses = tuple(name for name in one.names if self.is_course(name))

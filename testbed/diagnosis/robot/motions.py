@@ -1,10 +1,10 @@
 """The motion that would part two hypotheses: each of a small catalogue is rehearsed on the machine
 as it is believed, and the evidence that it may be expected to bring is what it is chosen by.
 
-Nothing is known of the second recording but what the first one says: see foretold.py. Where none
-of the catalogue promises enough to part the two, no motion is chosen, and what would tell them
-apart is said in words: some pairs no motion on the feet can part, as a spring and a cushion that
-begins beyond the end of its cylinder.
+Nothing is known of the second recording but what the first one says: see expected_evidence.py.
+Where none of the catalogue promises enough to part the two, no motion is chosen, and what would
+tell them apart is said in words: some pairs no motion on the feet can part, as a spring and a
+cushion that begins beyond the end of its cylinder.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from testbed.diagnosis.robot.diagnose import AMBIGUOUS, RobotDiagnosis
-from testbed.diagnosis.robot.foretold import Foreteller
+from testbed.diagnosis.robot.expected_evidence import ExpectedEvidence
 from testbed.diagnosis.robot.groups import Balances
 from testbed.diagnosis.robot.hypotheses import Ledger
 from testbed.diagnosis.robot.probabilities import (
@@ -31,7 +31,7 @@ from testbed.errors import InputError
 
 FILE = Path(__file__).with_name("motions.yaml")
 CLOSE = 0.3
-"""Two sets whose probabilities differ by less cannot be told apart."""
+"""Two sets whose probabilities differ by less cannot be distinguished."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def parted_sets(found: RobotDiagnosis) -> tuple[Names, Names] | None:
 
 
 def rivals(hypotheses: tuple[tuple[Names, float], ...]) -> tuple[Names, Names] | None:
-    """The two likeliest sets of (names, probability), best first, if they cannot be told apart."""
+    """The two likeliest sets of (names, probability), best first, if indistinguishable."""
     if len(hypotheses) < 2 or hypotheses[0][1] - hypotheses[1][1] >= CLOSE:
         return None
     return hypotheses[0][0], hypotheses[1][0]
@@ -97,8 +97,8 @@ def promises(
     """Motion -> how much evidence it may be expected to bring between two sets of effects; `first`:
     of the recording that could not part them, `rehearsals`: of the believed machine's motions.
     """
-    foreteller = Foreteller(first, two)
-    return {name: foreteller.promise(rehearsed) for name, rehearsed in rehearsals.items()}
+    expected = ExpectedEvidence(first, two)
+    return {name: expected.gain(rehearsed) for name, rehearsed in rehearsals.items()}
 
 
 def parting(promised: Mapping[str, float]) -> list[str]:

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.diagnosis.robot.believed_valve import Asks, BelievedValve, Flow, edge_leaks
+from testbed.diagnosis.robot.bin_edge_noise import flicker_pa
 from testbed.diagnosis.robot.bins import Bins, Frame
-from testbed.diagnosis.robot.flicker import flicker_pa
-from testbed.diagnosis.robot.places import play, rounding
+from testbed.diagnosis.robot.piston_positions import play, rounding
 from testbed.effects.hydraulics_air import free_share
 from testbed.effects.hydraulics_hose import HOSE_TIMES_S, hose_flow_m3_s
 from testbed.formats.arrays import Array, Flags

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from testbed.diagnosis.robot.bin_edge_noise import of_shared_edges
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.flicker import of_shared_edges
 from testbed.diagnosis.robot.oil import Oil
-from testbed.diagnosis.robot.places import PLAY_S, played, rounded, swept
+from testbed.diagnosis.robot.piston_positions import PLAY_S, played, rounded, swept
 from testbed.diagnosis.robot.tolerances import LATE_S, middle, standard_deviation
 from testbed.effects.hydraulics_hose import HOSE_TIMES_S
 from testbed.formats.arrays import Array

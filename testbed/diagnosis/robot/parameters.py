@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.diagnosis.robot.by_law import Fitted, Part, fitted
 from testbed.diagnosis.robot.groups import Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis
+from testbed.diagnosis.robot.nonlinear_fit import Fitted, Part, fitted
 from testbed.recording.leg_model import Parameter
 
 DRAWS = 400

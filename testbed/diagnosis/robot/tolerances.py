@@ -38,11 +38,11 @@ def middle(number: str, drawing: float) -> float:
     return 0.5 * sum(found.applied(drawing, end) for end in found.range)
 
 
-def expected(number: str, told: float, drawing: float) -> float:
+def expected(number: str, believed: float, drawing: float) -> float:
     """What a machine's number may be expected to be: what was told of it, by a commissioning or a
     model's file, where that is another one than the drawing's; else the middle of its tolerance.
     """
-    return middle(number, drawing) if told == drawing else told
+    return middle(number, drawing) if believed == drawing else believed
 
 
 def chance(number: str) -> float:

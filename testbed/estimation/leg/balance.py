@@ -44,7 +44,7 @@ def friction_n(friction: Friction, signals: Signals, terms: ForceTerms) -> Array
     if terms.presliding is None:
         return np.asarray(viscous + np.sign(velocity) * level)
     level = np.maximum(level, LEAST_LEVEL_N)
-    early = round(FIRST_SLIDE_S * signals.rate_hz) if signals.so_far else -1
+    early = round(FIRST_SLIDE_S * signals.rate_hz) if signals.causal else -1
     bristle = bristle_force_n(signals.position_m, velocity, level, *terms.presliding, early)
     return np.asarray(viscous + bristle, dtype=np.float64)
 

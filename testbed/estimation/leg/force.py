@@ -23,10 +23,10 @@ from testbed.estimation.leg.balance import (
     balance_of,
     travel_since_reversal,
 )
+from testbed.estimation.leg.causal import causal_force
 from testbed.estimation.leg.gaps import stretches
 from testbed.estimation.leg.motion import grid, signals_of, smooth
 from testbed.estimation.leg.oil_motion import FUSED_WIDTH_S, can_fuse, fused
-from testbed.estimation.leg.so_far import force_so_far
 from testbed.formats.arrays import Array, Flags
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel
@@ -73,7 +73,7 @@ def estimate(recording: Recording, model: LegModel, causal: bool = False) -> For
     """
     build(model.effects)
     if causal:
-        return ForceEstimate(recording.time_s, *force_so_far(recording, model))
+        return ForceEstimate(recording.time_s, *causal_force(recording, model))
     found = [_of_stretch(part, model).columns() for part in stretches(recording)]
     time, *forces = (np.concatenate([part[name] for part in found]) for name in found[0])
     return ForceEstimate(time, *forces)

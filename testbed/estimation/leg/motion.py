@@ -3,7 +3,7 @@
 Between two steps the true position is only known to lie within one count, but at a step it is known
 to the sampling time: the position is first drawn through the steps (at low speed this is ten times
 finer than the count), then smoothed, zero-phase: a Gaussian of standard deviation `width_s`. What
-can be said of each sample when it comes is in so_far.py.
+can be said of each sample when it comes is in causal.py.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ def frozen_command(raw: Raw) -> Iterator[Finding]:
 
 
 def _obeyed(raw: Raw, stretch: slice) -> int:
-    """The row from which the piston goes as it is told, before spool and oil must have answered: a
+    """The row from which the piston goes as commanded, before spool and oil must have answered: a
     mass runs on against a valve that is thrown over, and turns round once.
     """
     first = int(stretch.start)

@@ -37,8 +37,9 @@ MOMENTS, ENDS = 25, (0.05, 0.95)
 """Moments at which a jump is tried, then as many between the neighbours of the best, and the shares
 of the motion between which they lie."""
 HELD = 0.25
-"""Spread of a load cell's force, as a share of it, up to which its gain is told by the zero alone
-(E: a seal's friction at a held pressure makes less)."""
+"""Spread of a load cell's force, as a share of it, up to which its gain is found from the zero
+alone (E: a seal's friction at a held pressure makes less).
+"""
 SHARPER = 0.6
 """A jump has to leave less than this share of what gains, zeros and friction that grow with time
 leave."""

@@ -36,7 +36,7 @@ MOST_BYTES = 10**9
 ENDINGS = ".csv, .tsv, .txt, .dat, .parquet, .mcap"
 MAP = "YAML: quantity -> {column, unit, scale, offset}, and rig, known, reference_force"
 SNIFFED = 50
-"""Lines from which the separator is told."""
+"""Lines from which the separator is detected."""
 MISSING = ["", "NA", "N/A", "#N/A", "n/a", "#NV", "NaN", "nan", "NAN", "-nan", "null", "NULL"]
 """What stands in a cell that has no number."""
 _TIME_OF_DAY = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d+))?")
@@ -71,7 +71,7 @@ def read_any(path: Path, wanted: Mapping[str, str], held: Collection[str] = ()) 
 
 
 def _read_text(path: Path) -> Any:
-    """A text table as Arrow: separator, decimal sign and comments told from the text itself."""
+    """A text table as Arrow: separator, decimal sign and comments detected from the text itself."""
     import pyarrow as pa
     import pyarrow.csv
 

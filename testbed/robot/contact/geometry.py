@@ -100,7 +100,7 @@ def contact_compliances(jacobians: Array, joints: Array, extra: Array, frames: A
 
 @njit
 def _moved(wrench: Array, point: Array) -> Array:
-    """A wrench about the origin, told about `point`: the moment loses point x force."""
+    """A wrench about the origin, expressed about `point`: the moment loses point x force."""
     out = np.empty(6)
     for index in range(6):
         out[index] = wrench[index]

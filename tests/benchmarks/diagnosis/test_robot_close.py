@@ -12,7 +12,7 @@ from testbed.benchmarks.diagnosis.robot_close import (
     LATER,
     SMALLEST,
     CloseCases,
-    Foreteller,
+    Forecast,
     small_effect,
 )
 from testbed.benchmarks.diagnosis.robot_draws import (
@@ -26,7 +26,7 @@ from testbed.benchmarks.diagnosis.robot_draws import (
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.hypotheses import Ledger
 from testbed.effects import by_name
-from tests.diagnosis.test_robot_by_law import AXIS, PLACE, asked
+from tests.diagnosis.test_robot_nonlinear_fit import AXIS, PLACE, asked
 from tests.diagnosis.test_robot_signatures import balanced
 
 
@@ -75,18 +75,18 @@ def test_only_machines_of_sound_runs_serve_and_their_noise_is_another() -> None:
 
 
 @pytest.mark.parametrize("gain", [0.0, 0.1])
-def test_what_an_effect_adds_to_a_sound_recording_is_foretold(gain: float) -> None:
+def test_what_an_effect_adds_to_a_sound_recording_is_predicted(gain: float) -> None:
     seen = balanced().seen
     balances: Any = asked(seen, np.zeros(seen.bins), 30.0, "sensor.gain_a", "sensor.gain_b")
     raw: RawGroup = balances.raw["forces"]
     name = f"sensor.gain_a@{PLACE}"
-    foretold = Foreteller(Ledger(balances)).told(
+    predicted = Forecast(Ledger(balances)).ranked(
         {"effect": "sensor.gain_a", "at": PLACE, "parameters": {"gain_error": gain}}
     )
     missing = gain * by_name("sensor.gain_a").signature(seen, PLACE)["gain_error"].force[AXIS]
     there = asked(seen, missing, 30.0, "sensor.gain_a", "sensor.gain_b")
     evidence = Ledger(there).hypothesis((name,)).log_factor
     assert raw.missing.shape == missing.shape
-    said = dict(foretold)
+    said = dict(predicted)
     assert (max(said, key=said.__getitem__) == (name,)) is (gain > 0.0 and evidence > 20.0)
     assert sum(said.values()) == pytest.approx(1.0)

@@ -93,8 +93,8 @@ class Strokes:
             self._renewing_s = 0.0
 
     def follow(self, rates_m_s: Array, tension_n: Array, supply_pa: float, dt: float) -> None:
-        """What the devices do in the dt s in which they are told `rates_m_s` (2; negative hauls
-        in), with tension_n (2) measured and the supply at supply_pa, gauge.
+        """What the devices do in the dt s in which they are commanded `rates_m_s` (2; negative
+        hauls in), with tension_n (2) measured and the supply at supply_pa, gauge.
         """
         moves = np.abs(rates_m_s) > STILL_M_S
         self._hauls = np.where(moves, rates_m_s < 0.0, self._hauls)

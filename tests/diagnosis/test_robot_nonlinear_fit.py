@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from testbed.diagnosis.robot.by_law import _as_twins, fitted, weighed_by_law
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
+from testbed.diagnosis.robot.nonlinear_fit import _as_twins, fitted, weighed_by_law
 from testbed.diagnosis.robot.parameters import _found, found_in
 from testbed.effects import ALL, by_name
 from testbed.effects.base import Effect
@@ -49,7 +49,7 @@ def asked(seen: RobotSeen, missing: np.ndarray, noise_n: float, *effects: str) -
         rows_of=lambda change: change.force.get(AXIS, np.zeros(seen.bins)),
     )
     groups = {"forces": raw.whitened({one.name: one.signature for one in found})}
-    body = SimpleNamespace(seen=seen)
+    body = SimpleNamespace(seen=seen, counted=np.ones((seen.bins, 6), dtype=bool))
     balances = SimpleNamespace(
         raw={"forces": raw},
         groups=groups,

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.walked import (
+from testbed.diagnosis.robot.walking_bias import (
     SEEMS_KG,
     SEEMS_KG_M,
     SEEMS_KG_SD,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.recalled import MOST_SAID, SHARES, shares
+from testbed.diagnosis.robot.prior_transfer import MOST_SAID, SHARES, shares
 from testbed.machine.names import AXES
 
 ROWS, NUMBERS = 60, 6

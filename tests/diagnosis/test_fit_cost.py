@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.diagnosis.leg.costs import COSTLY, SHARE, cost, dearest
 from testbed.diagnosis.leg.evidence import Evidence, Key
+from testbed.diagnosis.leg.fit_cost import COSTLY, SHARE, cost, dearest
 from testbed.diagnosis.leg.probabilities import (
     FORCE_LEFT,
     PRESSED_LEFT,

@@ -12,8 +12,8 @@ from testbed.diagnosis.leg.base_models import declared, fit_base
 from testbed.diagnosis.leg.diagnose import diagnose
 from testbed.diagnosis.leg.evidence import Evidence, evidence
 from testbed.diagnosis.leg.problem import Problem
+from testbed.diagnosis.leg.run_variation import WANDER, steady
 from testbed.diagnosis.leg.series import series_of
-from testbed.diagnosis.leg.wander import WANDER, steady
 from testbed.estimation.leg.motion import signals_of
 from testbed.recording.axis import Recording, Rig
 

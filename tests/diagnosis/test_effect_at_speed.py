@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.reference_leg.rigs import make_rig
-from testbed.diagnosis.leg.at_speed import share_at_speed
+from testbed.diagnosis.leg.acceptance import Trial
 from testbed.diagnosis.leg.base_models import declared, fit_base
+from testbed.diagnosis.leg.effect_at_speed import share_at_speed
 from testbed.diagnosis.leg.fit import Fit
 from testbed.diagnosis.leg.hypotheses import fit_with
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.proof import Trial
 from testbed.diagnosis.leg.series import series_of
 from testbed.effects import by_name
 from testbed.estimation.friction.identification import identify_rig

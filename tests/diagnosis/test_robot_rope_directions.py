@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from testbed.diagnosis.robot.bins import bins_of
-from testbed.diagnosis.robot.rope_ways import rope_ways
+from testbed.diagnosis.robot.rope_directions import rope_ways
 from testbed.robot.model import rotation_from_attitude
 from tests.diagnosis.test_robot_signatures import ROPES, balanced, recorded, robot
 

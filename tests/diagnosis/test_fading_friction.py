@@ -12,7 +12,7 @@ from testbed.diagnosis.leg.base_models import declared, fit_base
 from testbed.diagnosis.leg.bench_probabilities import BenchCalibration, BenchSigns, distribution
 from testbed.diagnosis.leg.bench_probabilities import calibration as of_benches
 from testbed.diagnosis.leg.evidence import Evidence, evidence
-from testbed.diagnosis.leg.fading import fading, fading_signs
+from testbed.diagnosis.leg.fading_friction import fading, fading_signs
 from testbed.diagnosis.leg.fit import Fit
 from testbed.diagnosis.leg.probabilities import answer
 from testbed.diagnosis.leg.probabilities import calibration as of_legs

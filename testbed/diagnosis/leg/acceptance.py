@@ -6,7 +6,7 @@ explain). Of a size that is a share of friction's numbers it may be that of thei
 share it is is as unsure as they are, however plain the force. An effect that says that a declared
 number is another one is told against what is declared: no data part it from what the tolerance
 took up. A lateness of a drive's force has to be beyond one sample: the recorder's order is as much.
-Most of any lateness has to be left where the piston is fast (at_speed.py).
+Most of any lateness has to be left where the piston is fast (effect_at_speed.py).
 2. With it, recordings left out are predicted better than by the best identified model without it.
 3. A repeat of the rig would name it again: it, or a name that this data cannot tell from it, is in
 the best set of at least REPEATED of the bootstrap's draws.
@@ -24,17 +24,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from testbed.diagnosis.leg.alike import alike
-from testbed.diagnosis.leg.at_speed import share_at_speed
+from testbed.diagnosis.leg.bootstrap import Names, wins
+from testbed.diagnosis.leg.effect_at_speed import share_at_speed
 from testbed.diagnosis.leg.entries import entries_of, memory_of, worth_interval
 from testbed.diagnosis.leg.evidence import evidence, of_residual
 from testbed.diagnosis.leg.fit import Fit, solve, with_covariance
+from testbed.diagnosis.leg.indistinguishable import alike
+from testbed.diagnosis.leg.leave_one_out import RunErrors, Runs, overall, worst_ratio
 from testbed.diagnosis.leg.points import DECLARED, HELD, point, restarted
 from testbed.diagnosis.leg.prediction import block_covariance, held_out
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.resampled import Names, wins
 from testbed.diagnosis.leg.rivals import share_of
-from testbed.diagnosis.leg.runs import RunErrors, Runs, overall, worst_ratio
 from testbed.diagnosis.leg.search import Candidate, Search
 from testbed.diagnosis.leg.unexplained import is_as_sound
 from testbed.effects import by_name

@@ -12,8 +12,8 @@ from scipy.stats import multivariate_normal
 
 from testbed.diagnosis.robot.evidence import PIECE_S, RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
+from testbed.diagnosis.robot.held_out_parts import PARTS, Alone, parts_of
 from testbed.diagnosis.robot.hypotheses import ALONE
-from testbed.diagnosis.robot.parts import PARTS, Alone, parts_of
 from testbed.effects import by_name
 from testbed.effects.signature import Change
 from tests.diagnosis.ledgers import ledger_of

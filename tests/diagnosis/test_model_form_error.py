@@ -10,7 +10,7 @@ import pytest
 from testbed.benchmarks.diagnosis.bench_rigs import make_bench
 from testbed.benchmarks.reference_leg.rigs import make_rig
 from testbed.diagnosis.leg.base_models import declared, fit_base
-from testbed.diagnosis.leg.form import (
+from testbed.diagnosis.leg.model_form_error import (
     FRICTION_FORM,
     FRICTION_FORM_OF_BENCHES,
     METERING_FORM,

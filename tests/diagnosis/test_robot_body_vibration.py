@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from testbed.diagnosis.robot.bins import Frame
-from testbed.diagnosis.robot.shaking import of_lifted_feet, over_standing_feet, quick
+from testbed.diagnosis.robot.body_vibration import of_lifted_feet, over_standing_feet, quick
 from testbed.machine.build import build_machine
 from testbed.robot.robot import Robot
 

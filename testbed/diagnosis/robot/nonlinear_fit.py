@@ -21,7 +21,7 @@ from scipy.linalg import solve_triangular
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
-from testbed.diagnosis.robot.together import Changes, of_first
+from testbed.diagnosis.robot.two_recordings import Changes, of_first
 from testbed.diagnosis.robot.unexplained import listed
 from testbed.effects import place_of
 from testbed.effects.signature import Change
@@ -109,9 +109,9 @@ def weighed_by_law(ledger: Ledger, tried: Sequence[Hypothesis]) -> list[Hypothes
     out: list[Hypothesis] = []
     lost: dict[str, float] = {}
     for size in (1, 2):
-        told = [one for one in tried if len(one.names) == size]
+        of_size = [one for one in tried if len(one.names) == size]
         found = []
-        for k, one in enumerate(told):
+        for k, one in enumerate(of_size):
             bent = [n for n in one.names if has_whole_law(ledger.balances.candidates[n])]
             price = 0.0
             if bent and k < FITTED:

@@ -29,7 +29,7 @@ from testbed.estimation.leg.gaps import before_gaps
 from testbed.estimation.leg.motion import WIDTH_S
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.intervals import Z90
-from testbed.laws.low_pass import low_passed, slope_so_far, steps_of
+from testbed.laws.low_pass import causal_slope, low_passed, steps_of
 from testbed.recording.axis import FINEST_COUNT_M, Recording
 from testbed.recording.checks import usual_step_s
 from testbed.recording.known import Known
@@ -52,10 +52,10 @@ LEAST_COUNT_M = 2e-5
 """What positions without counts are known to (E)."""
 
 
-def force_so_far(recording: Recording, model: LegModel) -> tuple[Array, Array, Array]:
+def causal_force(recording: Recording, model: LegModel) -> tuple[Array, Array, Array]:
     """(value, low, high) in N, each of shape (n,): each from this sample and those before it."""
     usual_s = usual_step_s(recording.time_s)
-    count_m = counts_so_far(recording)
+    count_m = causal_counts(recording)
     ends = [0, *(before_gaps(recording.time_s, usual_s) + 1), len(recording)]
     told: list[tuple[Array, Array, Array]] = []
     for first, last in itertools.pairwise(ends):
@@ -66,7 +66,7 @@ def force_so_far(recording: Recording, model: LegModel) -> tuple[Array, Array, A
     return value, low, high
 
 
-def counts_so_far(recording: Recording) -> Array:
+def causal_counts(recording: Recording) -> Array:
     """The encoder's step, m, (n,): as declared, else the smallest seen so far; infinite before the
     first.
     """
@@ -82,7 +82,7 @@ def _of_stretch(
     recording: Recording, model: LegModel, usual_s: float, count_m: Array, before_n: float
 ) -> tuple[Array, Array, Array]:
     steps = steps_of(recording.time_s, usual_s)
-    signals = signals_so_far(recording, model.known, usual_s, count_m)
+    signals = causal_signals(recording, model.known, usual_s, count_m)
     balance = balance_of(signals, model)
     moving = sure_of_friction(balance.signals, steps, np.minimum(1.2 * count_m, SOUND_BEND_M))
     least, most = balance.resting_n
@@ -107,7 +107,7 @@ def _of_stretch(
     return value, low, high
 
 
-def signals_so_far(recording: Recording, known: Known, usual_s: float, count_m: Array) -> Signals:
+def causal_signals(recording: Recording, known: Known, usual_s: float, count_m: Array) -> Signals:
     """All channels of a stretch low-passed alike, at its own times."""
     time = recording.time_s
     steps = steps_of(time, usual_s)
@@ -118,8 +118,8 @@ def signals_so_far(recording: Recording, known: Known, usual_s: float, count_m: 
 
     position = low_passed(recording.position_m, steps, usual_s, width_s)
     # Steps of unlike length: the slope of what is smooth already would be divided by short ones.
-    velocity = low_passed(slope_so_far(recording.position_m, steps), steps, usual_s, width_s)
-    acceleration = slope_so_far(velocity, steps)
+    velocity = low_passed(causal_slope(recording.position_m, steps), steps, usual_s, width_s)
+    acceleration = causal_slope(velocity, steps)
     start = start_of(recording, steps, usual_s, width_s, count_m)
     return Signals(
         time_s=time,
@@ -135,7 +135,7 @@ def signals_so_far(recording: Recording, known: Known, usual_s: float, count_m: 
         valve_command=recording.valve_command,
         actuator_force_n=channel(recording.actuator_force_n),
         began_s=recording.began_s,
-        so_far=True,
+        causal=True,
         speed_sd_m_s=start.speed_sd_m_s,
         acceleration_sd_m_s2=start.acceleration_sd_m_s2,
     )
@@ -164,7 +164,7 @@ def start_of(
     speed, speed_sd = speed_before(since, recording.position_m, count_m)
     place = low_passed(np.zeros_like(since), steps_s, usual_s, width_s, slope=1.0)
     rate = low_passed(np.eye(1, len(since))[0], steps_s, usual_s, width_s)
-    bend = slope_so_far(rate, steps_s)
+    bend = causal_slope(rate, steps_s)
     place, rate, bend = (
         np.where(since < FORGOTTEN * width_s, series, 0.0) for series in (place, rate, bend)
     )

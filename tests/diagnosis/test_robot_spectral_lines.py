@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 from shipped import MACHINE
 
-from testbed.diagnosis.robot.lines import GRID_HZ, HUNTING_N, LEARNT_SHARE, LEAST_N, lines_of
+from testbed.diagnosis.robot.spectral_lines import (
+    GRID_HZ,
+    HUNTING_N,
+    LEARNT_SHARE,
+    LEAST_N,
+    lines_of,
+)
 from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER
 

@@ -21,7 +21,7 @@ from testbed.diagnosis.robot.groups import Balances
 from testbed.formats.arrays import Array, Flags
 
 PARTS = 4
-"""Of so many parts of a recording each must be foretold from the others; they take turns, piece by
+"""Of so many parts of a recording each must be predicted from the others; they take turns, piece by
 piece, so that each of them has a bit of all that moved.
 """
 

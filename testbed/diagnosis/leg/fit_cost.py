@@ -8,8 +8,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from testbed.diagnosis.leg.acceptance import without
 from testbed.diagnosis.leg.evidence import Evidence
-from testbed.diagnosis.leg.proof import without
 from testbed.diagnosis.leg.search import Candidate, Search
 
 COSTLY, SHARE = 0.03, 0.2

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.held_ropes import (
+from testbed.diagnosis.robot.rope_stiffness import (
     FEWEST,
     SEEMS,
     HeldRopes,

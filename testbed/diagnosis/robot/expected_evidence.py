@@ -16,18 +16,18 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from testbed.diagnosis.robot.by_law import Fitted, by_whole_laws, fitted, within
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
+from testbed.diagnosis.robot.nonlinear_fit import Fitted, by_whole_laws, fitted, within
 from testbed.diagnosis.robot.probabilities import Names
-from testbed.diagnosis.robot.together import NOTHING, Changes, of_first, together
+from testbed.diagnosis.robot.two_recordings import NOTHING, Changes, of_first, together
 from testbed.effects.signature import Change
 
 DRAWS = 3
 """So many numbers that a recording leaves possible are tried of each set, beside the likeliest."""
 
 
-class Foreteller:
+class ExpectedEvidence:
     """Of one recording, `first`, and what is asked of it: two sets of effects."""
 
     def __init__(self, first: Ledger, two: tuple[Names, Names]) -> None:
@@ -38,7 +38,7 @@ class Foreteller:
             names: tuple(_likely(fitted(first.balances, first.hypothesis(names)))) for names in two
         }
 
-    def promise(self, rehearsed: Balances) -> float:
+    def gain(self, rehearsed: Balances) -> float:
         """How much evidence a motion may be expected to bring between the two: how far the evidence
         of both recordings for the true one would be above the other's, in the mean of either.
         """
@@ -47,8 +47,8 @@ class Foreteller:
             return 0.0
         above = []
         for true, false in (self.two, self.two[::-1]):
-            told = [self._above(both, rehearsed, one, true, false) for one in self._found[true]]
-            above.append(float(np.mean(told)))
+            gains = [self._above(both, rehearsed, one, true, false) for one in self._found[true]]
+            above.append(float(np.mean(gains)))
         return 0.5 * sum(above)
 
     def _above(

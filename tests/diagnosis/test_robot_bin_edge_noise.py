@@ -13,10 +13,10 @@ from shipped import MACHINE
 from testbed.benchmarks.diagnosis.robot_draws import drawn
 from testbed.benchmarks.diagnosis.robot_recordings import simulated
 from testbed.benchmarks.diagnosis.robot_trials import balances_in
+from testbed.diagnosis.robot.bin_edge_noise import flicker_pa, of_shared_edges
 from testbed.diagnosis.robot.bins import Frame
 from testbed.diagnosis.robot.diagnose import judged
 from testbed.diagnosis.robot.findings import as_json
-from testbed.diagnosis.robot.flicker import flicker_pa, of_shared_edges
 
 NOISE_PA = 4.0e3
 SOUND_SEED = 8747
