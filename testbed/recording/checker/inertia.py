@@ -98,10 +98,10 @@ def _friction(speed: Array) -> Iterator[Array]:
     """What friction may do with speed, each way by itself, (n,) each."""
     fast, top = np.abs(speed), max(float(np.quantile(np.abs(speed), 0.95)), 1e-12)
     for way in (speed > 0.0, speed < 0.0):
-        yield 1.0 * way
-        yield fast * way
+        yield np.where(way, 1.0, 0.0)
+        yield np.where(way, fast, 0.0)
         for share in STRIBECK:
-            yield np.asarray(np.exp(-fast / (share * top)) * way)
+            yield np.where(way, np.exp(-fast / (share * top)), 0.0)
 
 
 def _spring(speed: Array) -> Iterator[Array]:
