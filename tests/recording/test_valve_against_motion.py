@@ -4,6 +4,8 @@ speed.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -84,3 +86,13 @@ def test_a_recording_without_a_command_is_not_judged() -> None:
     without = {name: values for name, values in even.series.items() if name != "command"}
     bare = Even(RATE_HZ, -even.speed_m_s, even.acceleration_m_s2, without)
     assert list(check_flow(bare, KNOWN, "valve")) == []
+
+
+def test_a_free_piston_that_hardly_moves_while_oil_flows_in_has_another_scale() -> None:
+    (finding,) = check_flow(moved(scale=1e-3), KNOWN, "valve_command")
+    assert (finding.severity, finding.channel) == ("error", "position")
+    pressed = moved(scale=1e-3)
+    pressed = replace(
+        pressed, series={**pressed.series, "reference": np.ones(pressed.speed_m_s.size)}
+    )
+    assert list(check_flow(pressed, KNOWN, "valve_command")) == []

@@ -25,6 +25,7 @@ from testbed.recording.checker.flow import check_flow
 from testbed.recording.checker.foot_force import check_foot
 from testbed.recording.checker.forces import Forces
 from testbed.recording.checker.gains import check_gains
+from testbed.recording.checker.inertia import check_inertia
 from testbed.recording.checker.inertial import check_inertial, upright
 from testbed.recording.checker.late import check_late
 from testbed.recording.checker.motion import even
@@ -180,8 +181,11 @@ def _signs(raw: Raw, forces: Forces, names: dict[str, str]) -> Iterator[Finding]
     )
     if knows_load and (drive or "pressure_a" in forces.even.series):
         balance = list(check_balance(forces, names))
-    yield from balance
-    if not balance and not drive:
+    scales = list(check_inertia(forces, names)) if knows_load else []
+    if scales and all(_of_inertia(finding) for finding in balance):
+        balance = []  # which of force, way and mass is wrong is told by what it weighs, too
+    yield from balance or scales
+    if not balance and not scales and not drive:
         scaled = list(check_reference(forces, names["reference"]))
         late = scaled or list(check_late(forces, names["reference"]))
         yield from late or check_gains(forces, names)
@@ -192,6 +196,12 @@ def _signs(raw: Raw, forces: Forces, names: dict[str, str]) -> Iterator[Finding]
             wrong_pressure and "scale" in finding.what
         ):
             yield finding
+
+
+def _of_inertia(finding: Finding) -> bool:
+    """Whether a finding of the balance is of a scale on which what the mass needs depends."""
+    scaled = any(word in finding.what for word in ("scale", "too small", "too large", "hardly"))
+    return scaled and finding.channel in ("known.moving_mass_kg", "position", "actuator_force")
 
 
 def _missing(header: Header) -> Iterator[Finding]:

@@ -21,6 +21,8 @@ from testbed.recording.known import Known
 OPEN = 1e-3
 """Share of the spool's way from which on a valve lets oil through."""
 
+FAST = 10.0
+"""Times that a free piston's expected speed is beyond where friction's direction is certain."""
 LATEST_S = 0.12
 """The spool and the oil answer within this."""
 CLEAR = 0.5
@@ -37,7 +39,10 @@ def check_flow(even: Even, known: Known, label: str) -> Iterator[Finding]:
     opening = _opening(even.series["command"], known.valve_deadband or 0.0)
     expected = _speed(even, known, opening)
     measured = even.speed_m_s
-    if (np.abs(opening) > OPEN).sum() < FEW or even.moving.sum() < FEW:
+    if (np.abs(opening) > OPEN).sum() < FEW:
+        return
+    if even.moving.sum() < FEW:
+        yield from _hardly_moves(even, expected)
         return
     lag, alike = _best_lag(measured, opening if expected is None else expected, even.rate_hz)
     if abs(alike) < CLEAR:
@@ -65,6 +70,25 @@ def check_flow(even: Even, known: Known, label: str) -> Iterator[Finding]:
             "moves by another scale than the oil that flows in",
             f"{ratio:.4g} times the speed that the valve's flow makes",
             "put the position's unit (mm?), the valve command's (%?) or the valve's rated flow right",
+        )
+
+
+def _hardly_moves(even: Even, expected: Array | None) -> Iterator[Finding]:
+    """A free piston that a flow makes fast, and whose position hardly changes."""
+    if expected is None or "reference" in even.series:
+        return
+    fast = np.abs(expected) > FAST * MOVING_M_S
+    if fast.sum() < FEW:
+        return
+    reached = float(np.quantile(np.abs(even.speed_m_s), 0.95))
+    asked = float(np.quantile(np.abs(expected[fast]), 0.8))
+    if reached < asked / FACTOR:
+        yield Finding(
+            "error",
+            "position",
+            "moves by another scale than the oil that flows in",
+            f"up to {reached:.3g} m/s, where the valve's flow makes {asked:.3g} m/s",
+            "put the position's unit (km?), the valve command's (%?) or the valve's rated flow right",
         )
 
 

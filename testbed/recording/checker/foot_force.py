@@ -12,8 +12,10 @@ from testbed.recording.foot import FootHeader
 
 AIR = 0.12
 """Share of the strong forces that a foot may read in the air, from friction or a zero (E)."""
-NEAR_LOAD = 0.1, 20.0
-"""Shares of the nominal load between which strong forces may lie."""
+NEAR_LOAD = 0.1, 8.0
+"""Shares of the nominal load between which strong forces may lie: one foot carries at
+most the whole machine, for longer than a blow.
+"""
 
 
 def check_foot(raw: Raw, header: FootHeader) -> Iterator[Finding]:
