@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from testbed.diagnosis.leg.other_laws import other_laws_within
 
 from testbed.benchmarks.reference_leg.rigs import Hidden, make_rig
 from testbed.diagnosis.leg.base_models import declared, fit_base
 from testbed.diagnosis.leg.fit import Fit
 from testbed.diagnosis.leg.hypotheses import fit_with
 from testbed.diagnosis.leg.problem import Problem
+from testbed.diagnosis.leg.rival_laws import other_laws_within
 from testbed.diagnosis.leg.series import series_of
 from testbed.effects import by_name
 from testbed.effects.sensor_gain import RANGE
