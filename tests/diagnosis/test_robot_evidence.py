@@ -350,11 +350,11 @@ def test_two_other_effects_of_one_cylinder_keep_their_names() -> None:
 @pytest.mark.parametrize("lead", [50.0, 500.0, 5000.0])
 def test_a_second_effect_elsewhere_owes_nothing_to_what_the_first_explains(lead: float) -> None:
     spring, air = "force.spring@fr_vertical", "hydraulics.air@fl_vertical"
-    sets = (((spring,), lead), ((air,), 20.0), ((air, spring), lead + 20.0))
+    sets = (((spring,), lead), ((air,), 30.0), ((air, spring), lead + 30.0))
     found = distribution(RobotSigns(sets), {**calibration(), "sound": {}})
     one, both = found[(spring,)], found[(air, spring)]
     numbers = calibration()
-    added = numbers["share"] * numbers["much"] * math.log1p(20.0 / numbers["much"])
+    added = numbers["share"] * numbers["much"] * math.log1p(30.0 / numbers["much"])
     assert leading(found) == (air, spring)
     assert both / one == pytest.approx(math.exp(added - numbers["two"]) / len(AXES))
 
