@@ -25,7 +25,7 @@ from testbed.diagnosis.robot.motion_noise import (
     turns,
 )
 from testbed.diagnosis.robot.tolerances import LATE_S, expected, middle, standard_deviation
-from testbed.diagnosis.robot.walking_bias import hangs, lighter, lighter_yet, ropes_off
+from testbed.diagnosis.robot.walking_bias import hangs, lighter, spread_of_walks
 from testbed.effects import ALL
 from testbed.effects.friction_position import PositionFriction
 from testbed.effects.friction_pressure import PressureFriction
@@ -153,15 +153,11 @@ def rows_of(balance: BodyBalance, change: Change) -> Array:
 
 
 def tolerance_columns(balance: BodyBalance, machine: Machine) -> tuple[Array, Array]:
-    """(rows, k) and (rows, m): tolerances times their standard deviations, those of the machine and
-    those of this recording alone.
-    """
+    """(rows, k), (rows, m): tolerances by a standard deviation, of machine and of recording."""
     each = [one for one in tolerated(balance.seen, machine) if one.sd > 0.0]
     if walks(balance):
-        each += [Tolerated(change, 1.0, passing=True) for change in ropes_off(balance.seen)]
-        if hangs(balance.seen, balance.foot_force):
-            yet = lighter_yet(balance.seen, machine.scale)
-            each += [Tolerated(change, 1.0, passing=True) for change in yet]
+        spread = spread_of_walks(balance.seen, balance.foot_force, machine.scale)
+        each += [Tolerated(change, 1.0, passing=True) for change in spread]
     columns = np.column_stack([rows_of(balance, one.change.times(one.sd)) for one in each])
     passing = np.array([one.passing for one in each])
     return columns[:, ~passing], columns[:, passing]

@@ -47,6 +47,15 @@ def lighter(seen: RobotSeen, scale: Scale) -> Change:
     return seen.weighs(scale.times("kg") * (seen.asked_by_moment @ numbers))
 
 
+def spread_of_walks(seen: RobotSeen, foot_force: Array, scale: Scale) -> Iterator[Change]:
+    """All by which what sound machines miss differs from walk to walk, one standard deviation each;
+    `foot_force`: see `hangs`.
+    """
+    yield from ropes_off(seen)
+    if hangs(seen, foot_force):
+        yield from lighter_yet(seen, scale)
+
+
 def lighter_yet(seen: RobotSeen, scale: Scale) -> Iterator[Change]:
     """By one standard deviation each, how much more or less than `lighter` a walk may miss."""
     by_number = np.diag([SEEMS_KG_SD, *(scale.length * moment for moment in SEEMS_KG_M_SD)])
