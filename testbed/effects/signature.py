@@ -132,8 +132,10 @@ class RobotSeen:
     """(n,) change of the believed supply pressure by the pump's set pressure, as a factor, Pa."""
     supply_by_flow: Array
     """(n,) the same by the pump's flow, as a factor, Pa."""
-    drawn_m3_s: Array
-    """(n,) flow that all cylinders together are believed to draw."""
+    supply_by_droop: Array
+    """(n, lags) the same by 1 Pa s/m3 of a droop that follows the drawn flow with each lag of
+    supply.droop, Pa.
+    """
     shows_ropes: bool
     """Whether ropes were held while the body moved, and how stiff they are declared is known."""
     line_hz: Array

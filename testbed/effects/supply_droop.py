@@ -107,8 +107,8 @@ class Droop(Effect):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A supply that gives way with the drawn flow, at once and late."""
         return {
-            f"droop {index}": Change(supply=late(seen.drawn_m3_s, seen.time_s, time))
-            for index, time in enumerate(TIMES_S)
+            f"droop {index}": Change(supply=seen.supply_by_droop[:, index])
+            for index in range(len(TIMES_S))
         }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:

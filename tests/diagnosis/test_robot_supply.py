@@ -111,6 +111,32 @@ def test_a_sound_pump_that_is_asked_for_all_it_gives_stands_where_valves_take_no
     assert supply.missing == pytest.approx(0.0, abs=0.02e6)
 
 
+def test_a_supply_that_gives_way_stands_lower_by_its_droop_of_the_flow() -> None:
+    unit = build_machine().power_unit
+    asked = LOAD_PA + unit.load_sensing_margin_pa
+    droop = 3.0e9
+    pressure = asked
+    for _ in range(20):  # what valves draw falls with the pressure that they are given
+        pressure = asked - droop * believed(np.full(750, 0.3), pressure).drawn_m3_s.mean()
+    supply = believed(np.full(750, 0.3), pressure)
+    sag = unit.compensator_band_pa * supply.drawn_m3_s / unit.full_flow_m3_s
+    assert droop * supply.by_droop[:, 0] == pytest.approx(supply.missing + sag, rel=0.02)
+
+
+def test_a_droop_takes_nothing_from_valves_that_take_all_that_the_pump_gives() -> None:
+    pressure = LOAD_PA + 0.3e6
+    oils, bins, frame, body = still(np.full(750, 0.6), pressure)
+    drawn = believed(np.full(750, 0.6), pressure).drawn_m3_s.mean()
+    unit = body.machine.power_unit.model_copy(update={"full_flow_m3_s": float(drawn)})
+    machine = body.machine.model_copy(update={"power_unit": unit})
+    scarce, ample = (
+        supply_of(oils, bins, frame, m, Hauling.none(bins.count)).by_droop
+        for m in (machine, body.machine)
+    )
+    assert scarce == pytest.approx(0.0, abs=1e-3 * drawn)
+    assert ample.min(axis=0) == pytest.approx(drawn, rel=0.05)
+
+
 def test_ropes_that_are_hauled_ask_for_their_load_and_perhaps_when_the_body_hardly_moves() -> None:
     oils, bins, frame, body = still(np.zeros(750))
     area = body.machine.traction.piston_area_m2

@@ -203,7 +203,7 @@ class OtherSigns:
             },
             "supply_by_pressure": self.supply.by_pressure,
             "supply_by_flow": self.supply.by_flow,
-            "drawn_m3_s": self.supply.drawn_m3_s,
+            "supply_by_droop": self.supply.by_droop,
             "shows_ropes": self.ropes.shown,
             "line_hz": self.line_hz,
             "line_n": self.line_n,

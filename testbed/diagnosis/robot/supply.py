@@ -20,6 +20,7 @@ from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.hauling import Hauling
 from testbed.diagnosis.robot.motion_noise import swings
 from testbed.diagnosis.robot.oil import Oil
+from testbed.effects.supply_droop import TIMES_S, late
 from testbed.laws.supply import LOAD_SENSING
 from testbed.machine.model import Machine
 
@@ -53,7 +54,9 @@ RETURNED, RETURNED_SD = 0.45, 0.2
 sound machines fit 0.3 to 0.6, walks less.
 """
 RETURNED_OF_WEAK = (0.0, 0.25, RETURNED)
-"""... and of these the share that fits best where a pump gives less: devices haul slowly, too."""
+"""... and of these the share that fits best where a pump gives less or gives way: devices haul
+slowly, too.
+"""
 PUMP_S, FALL_SHARE = 0.01, 0.6
 """A pump fills a stiff line in this time; air makes the line softer than its oil by this (E)."""
 SET_SHARE = 0.01
@@ -63,6 +66,8 @@ FLOWS = (0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.55, 0.5)
 """Shares of the set pressure and of the full flow, of which the one that fits best is what a weak
 pump is sought at.
 """
+DROOPS_PA_S_M3 = (0.5e9, 1.0e9, 2.0e9, 3.0e9, 4.5e9, 6.0e9, 8.0e9)
+"""Of these the one that fits best is what a supply that gives way is sought at."""
 LEAST_DROP_PA, ROUNDS = 2.0e5, 16
 """A smaller drop across an open edge is none that its flow is told by; halvings of a sought
 pressure.
@@ -76,6 +81,8 @@ class Supply:
     missing: Array
     by_pressure: Array
     by_flow: Array
+    by_droop: Array
+    """(n, lags) by 1 Pa s/m3 of a droop that follows the flow with each lag of supply.droop, Pa."""
     by_giving: Array
     """What the pump's own scatter makes of it."""
     by_returning: Array
@@ -105,28 +112,39 @@ def supply_of(
     unit = machine.power_unit
     asked, unsure, by_pressure = _believed(oils, bins, frame, machine, hauling)
 
-    def given(flow_factor: float, returned: float) -> Array:
+    def given(flow_factor: float, returned: float, sag_pa: Array | float = 0.0) -> Array:
         """(n,) with a pump that gives this share, and devices that go back for this share of the
-        time in which they may.
+        time in which they may; `sag_pa` (n,): by how much it gives way.
         """
         most = flow_factor * unit.full_flow_m3_s - returned * hauling.returning_m3_s
-        return _given(asked, most, oils, bins, hauling)
+        return _given(np.maximum(asked - sag_pa, 0.0), most, oils, bins, hauling)
 
     believed, scattered = given(1.0, RETURNED), given(1.0 - FLOW_SHARE, RETURNED)
+    missing = believed - bins.supply_pa
     drawn = np.sum([one.from_supply.sum(axis=1) for one in oils], axis=0)
     share = np.clip(drawn / unit.full_flow_m3_s, 0.0, 1.5)
     giving = unit.compensator_band_pa * share
     weak = list(product(FLOWS, RETURNED_OF_WEAK))
     by_flow = _best(
         [np.maximum(giving, (believed - given(f, r)) / (1.0 - f)) for f, r in weak],
-        [f for f, _ in weak],
-        believed - bins.supply_pa,
+        [1.0 - f for f, _ in weak],
+        missing,
     )
+
+    sagging = list(product(DROOPS_PA_S_M3, RETURNED_OF_WEAK))
+
+    def by_droop(lag_s: float) -> Array:
+        """(n,) of what is missing by 1 Pa s/m3 of a droop that follows the flow so late."""
+        sag = late(drawn, bins.time_s, lag_s)
+        lacks = [(believed - given(1.0, r, d * sag)) / d for d, r in sagging]
+        return _best(lacks, [d for d, _ in sagging], missing)
+
     seldom, often = (given(1.0, RETURNED + spread) for spread in (-RETURNED_SD, RETURNED_SD))
     return Supply(
-        missing=believed - bins.supply_pa,
+        missing=missing,
         by_pressure=by_pressure,
         by_flow=by_flow,
+        by_droop=np.column_stack([by_droop(lag_s) for lag_s in TIMES_S]),
         by_giving=np.maximum(FLOW_SHARE * giving, believed - scattered),
         by_returning=0.5 * (seldom - often),
         drawn_m3_s=drawn,
@@ -192,7 +210,7 @@ def _believed(
     unsure = np.maximum(np.abs(least - believed), np.abs(most - believed))
     unsure = np.hypot(unsure, hauling.unsure * (followed(perhaps, 1.0) - believed))
     capped = [(believed - followed(hauled[0], cap)) / (1.0 - cap) for cap in CAPS]
-    return believed, unsure, _best(capped, CAPS, believed - bins.supply_pa)
+    return believed, unsure, _best(capped, [1.0 - cap for cap in CAPS], believed - bins.supply_pa)
 
 
 def _given(
@@ -213,13 +231,11 @@ def _given(
     return np.asarray(0.5 * (low + high))
 
 
-def _best(lacks: Sequence[Array], factors: Sequence[float], missing: Array) -> Array:
-    """Of what the pressure lacks (n,) by one whole factor, were it each of these, that which leaves
-    least of what is missing (n,).
+def _best(lacks: Sequence[Array], sizes: Sequence[float], missing: Array) -> Array:
+    """Of what the pressure lacks (n,) by one unit of an effect, were it of each of these sizes,
+    that which leaves least of what is missing (n,).
     """
-    left = [
-        np.sum(np.abs(missing - (1.0 - cap) * by)) for cap, by in zip(factors, lacks, strict=True)
-    ]
+    left = [np.sum(np.abs(missing - size * by)) for size, by in zip(sizes, lacks, strict=True)]
     return lacks[int(np.argmin(left))]
 
 
