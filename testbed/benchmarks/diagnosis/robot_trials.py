@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
+from itertools import combinations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
@@ -141,9 +142,9 @@ def _measured(run: Run) -> tuple[Mapping[str, Array], Robot, Array]:
 
 
 def visible(ledger: Ledger, case: Drawn) -> list[str]:
-    """Which of the hidden effects can be seen: those whose names raise the evidence of the set of
-    all. One that no name covers is seen where its own signature, or an error of any course at its
-    place, is worth as much.
+    """Which of the hidden effects can be seen: those whose names raise the evidence beyond that of
+    the best set of hidden effects without them, or of none. One that no name covers is seen where
+    its own signature, or an error of any course at its place, is worth as much.
     """
     from testbed.diagnosis.robot.unexplained import UNNAMED
 
@@ -153,9 +154,16 @@ def visible(ledger: Ledger, case: Drawn) -> list[str]:
         most = max((ledger.hypothesis((name,)).log_factor for name in there), default=0.0)
         return list(case.truth) if most >= VISIBLE else []
     there = [name for name in case.truth if name in ledger.names]
-    whole = ledger.hypothesis(tuple(there)).log_factor
-    rests = {name: tuple(n for n in there if n != name) for name in there}
-    return [n for n, rest in rests.items() if whole - ledger.hypothesis(rest).log_factor >= VISIBLE]
+    sets = [names for size in range(len(there) + 1) for names in combinations(there, size)]
+    worth = {names: ledger.hypothesis(names).log_factor if names else 0.0 for names in sets}
+
+    def raised(name: str) -> float:
+        """By how much the best set with a name is worth more than the best one without it."""
+        return max(worth[s] for s in sets if name in s) - max(
+            worth[s] for s in sets if name not in s
+        )
+
+    return [name for name in there if raised(name) >= VISIBLE]
 
 
 def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> dict[str, Any]:
