@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.forces import OF_A_SOUND_MACHINE, swung
+from testbed.diagnosis.robot.force_noise import OF_A_SOUND_MACHINE, swung
 from testbed.diagnosis.robot.friction import side_coefficient, side_growth
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.motion_noise import (

@@ -8,8 +8,8 @@ say of the same numbers adds up:
 
     H = 1 + sum C' N^-1 C,   g = sum C' N^-1 y,   w ~ N(H^-1 g, H^-1),   C = columns c times sd
 
-N is the noise of `forces.noise_of`, in which a seal at rest may hold any force: only what slides
-teaches. On level ground the feet's own plane shows besides how the inertial unit is mounted.
+N is the noise of `force_noise.noise_of`, in which a seal at rest may hold any force: only what
+slides teaches. On level ground the feet's own plane shows besides how the inertial unit is mounted.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from scipy.linalg import solve_triangular
 
 from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of, hanging
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of, lift_of
-from testbed.diagnosis.robot.forces import ForceNoise, Tolerated, noise_of, rows_of, tolerated
+from testbed.diagnosis.robot.force_noise import ForceNoise, noise_of
+from testbed.diagnosis.robot.forces import Tolerated, rows_of, tolerated
 from testbed.diagnosis.robot.hauling import Hauling
 from testbed.diagnosis.robot.oil import oil_of
 from testbed.diagnosis.robot.supply import supply_of
