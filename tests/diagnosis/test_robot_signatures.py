@@ -272,3 +272,13 @@ def test_a_foot_slips_only_while_it_uses_all_the_friction_that_it_has() -> None:
         ]
         late = np.sum(np.abs(np.diff(ways, axis=1))[:, len(use) // 2 :])
         assert late == 0.0 if place == "foot_fr" else late > 0.5
+
+
+def test_a_seal_that_turns_round_a_little_late_is_within_what_sound_machines_do() -> None:
+    balance = sound()
+    group = forces.group_of(balance, robot().machine)
+    (late, *_) = by_name("friction.presliding").signature(balance.seen, "fl_vertical").values()
+    column = group.rows_of(late)
+    assert np.any(column)
+    within = np.abs(forces.TURNS_BEHIND * column[:, None] - group.tolerated).max(axis=0)
+    assert within.min() == pytest.approx(0.0, abs=1e-9 * np.abs(column).max())
