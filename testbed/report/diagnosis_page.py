@@ -26,7 +26,7 @@ from testbed.estimation.leg.motion import signals_of
 from testbed.formats.arrays import Array
 from testbed.recording.axis import Recording
 from testbed.report.page import render, words
-from testbed.report.style import BLUE, GREY, VERMILION, styled_figure, svg
+from testbed.report.style import BLUE, GREY, VERMILION, WIDTH_IN, styled_figure, svg
 
 # Figures of a diagnosis: residuals before and after, and the evidence for each hypothesis; SVG
 # text.
@@ -58,12 +58,12 @@ def residual_figure(diagnosis: Diagnosis, recording: Recording) -> str:
         return np.interp(time_s, signals.time_s, values)[at]
 
     axes_of: list[tuple[str, Array]] = [
-        ("time, s", time_s[at]),
-        ("position, m", on(signals.position_m)),
-        ("velocity, m/s", on(signals.velocity_m_s)),
+        ("time [s]", time_s[at]),
+        ("position [m]", on(signals.position_m)),
+        ("velocity [m/s]", on(signals.velocity_m_s)),
     ]
     if signals.pressure_a_pa is not None:
-        axes_of.append(("pressure A, bar", on(signals.pressure_a_pa) / 1e5))
+        axes_of.append(("pressure A [bar]", on(signals.pressure_a_pa) / 1e5))
     before, after = (
         force_residual(recording, diagnosis.models["refit"])[at],
         force_residual(recording, diagnosis.models["after"])[at],
@@ -74,8 +74,9 @@ def residual_figure(diagnosis: Diagnosis, recording: Recording) -> str:
             panel.plot(x, before, ".", ms=1.6, color=GREY, label="refit", rasterized=True)
             panel.plot(x, after, ".", ms=1.6, color=BLUE, label="after", rasterized=True)
             panel.set_xlabel(label)
+            panel.locator_params(axis="x", nbins=4)
             panel.set_ylim(-limit, limit)
-        panels[0].set_ylabel("force residual, N")
+        panels[0].set_ylabel("force residual [N]")
         _legend(figure, panels[0], 4.0)
         return svg(figure, f"force-{recording.name}")
 
@@ -102,8 +103,8 @@ def flow_figure(diagnosis: Diagnosis, recording: Recording) -> str | None:
                 series.signals.time_s[at], 1e6 * later[at], color=BLUE, lw=0.6, label="after"
             )
             panel.set_ylim(-limit, limit)
-            panel.set(title=f"chamber {name}", xlabel="time, s")
-        panels[0].set_ylabel("flow residual, cm³/s")
+            panel.set(title=f"chamber {name}", xlabel="time [s]")
+        panels[0].set_ylabel("flow residual [cm³/s]")
         _legend(figure, panels[0])
         return svg(figure, f"flow-{recording.name}")
 
@@ -113,7 +114,7 @@ def evidence_figure(diagnosis: Diagnosis, rows: list[tuple[str, float]]) -> str:
     axis.
     """
     chosen = set(diagnosis.verdict.chosen.names)
-    with styled_figure(1, 1, (6.2, 0.24 * len(rows) + 0.7)) as (figure, panel):
+    with styled_figure(1, 1, (WIDTH_IN, 0.24 * len(rows) + 0.7)) as (figure, panel):
         for index, (name, gain) in enumerate(reversed(rows)):
             panel.barh(
                 index,
@@ -123,7 +124,10 @@ def evidence_figure(diagnosis: Diagnosis, rows: list[tuple[str, float]]) -> str:
             )
         panel.set_yticks(range(len(rows)), [name for name, _ in reversed(rows)])
         panel.set_xscale("symlog", linthresh=10.0)
-        panel.set_xlabel("gain of held-out log-likelihood over the refit")
+        lowest, highest = panel.get_xlim()
+        powers = [sign * 10.0**power for power in range(1, 9, 2) for sign in (-1, 1)]
+        panel.set_xticks([0.0, *(at for at in powers if lowest <= at <= highest)])
+        panel.set_xlabel("held-out log-likelihood gained")
         figure.tight_layout()
         return svg(figure, "evidence")
 

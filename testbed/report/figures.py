@@ -121,7 +121,7 @@ def estimate_errors(data: Columns, truth: Columns, events: Events) -> Figure:
         for leg, error in errors.items():
             ax.plot(*course(data["t"], error), color=LEG_COLOUR[leg], label=leg)
         ax.axhline(0.0, color=BLACK, lw=0.6)
-        ax.set_title(f"{method_name(method)}: {rms(every.ravel()):.0f} N rms")
+        ax.set_title(f"{method_name(method)}: {rms(every.ravel()):.0f} N RMS")
         ax.set_ylim(*limits(*errors.values(), np.zeros(1)))
         ax.set_ylabel("error [N]")
     return over_time(figure, axes, (start, end), events, 4)

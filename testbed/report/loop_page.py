@@ -4,7 +4,6 @@ scenario.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -37,25 +36,10 @@ OUT: Mapping[str, tuple[float, float]] = {
 ALONG: Mapping[str, float] = {"rotation": 0.0, "radial": 0.5, "vertical": 1.0}
 
 
-SMALL = 1.0e-3
-"""Half of an interval below which numbers are written as powers of ten."""
-
-
 def page(rows: Sequence[Mapping[str, Any]]) -> str:
     """The page's text."""
     shown = [dict(row) | {"figures": figures(row), "plan": plan(row)} for row in rows]
-    return render("loop.html.j2", {"rows": shown, "legs": LEG_NAME, "told": told})
-
-
-def told(value: float, interval: Sequence[float]) -> tuple[str, str, str]:
-    """A number and the ends of its interval, to the second digit of half of that interval."""
-    low, high = interval
-    half = 0.5 * (high - low)
-    if not half >= SMALL or not math.isfinite(half):
-        return f"{value:.3g}", f"{low:.3g}", f"{high:.3g}"
-    decimals = max(1 - math.floor(math.log10(half)), 0)
-    first, second, third = (round(number, decimals) + 0.0 for number in (value, low, high))
-    return f"{first:.{decimals}f}", f"{second:.{decimals}f}", f"{third:.{decimals}f}"
+    return render("loop.html.j2", {"rows": shown, "legs": LEG_NAME})
 
 
 def plan(row: Mapping[str, Any]) -> dict[str, Any]:
@@ -109,9 +93,9 @@ def _courses(stages: Sequence[tuple[Mapping[str, Any], str, str]], salt: str) ->
             panel.axhline(0.0, color="#1a1a1a", lw=0.6)
             panel.set_title(LEG_NAME[leg])
         for panel in panels[1]:
-            panel.set_xlabel("time, s")
+            panel.set_xlabel("time [s]")
         for panel in panels[:, 0]:
-            panel.set_ylabel("error, N")
+            panel.set_ylabel("error [N]")
         drawing.tight_layout(rect=(0.0, 0.0, 1.0, 0.93))
         if len(stages) > 1:
             drawing.legend(*panels[0][0].get_legend_handles_labels(), loc="upper right", ncols=2)
@@ -128,7 +112,7 @@ def _bars(by_leg: Mapping[str, Mapping[str, float]]) -> str:
             bars = panel.bar(at, heights, 0.36, color=colour, label=label)
             panel.bar_label(bars, fmt="%.0f", padding=1, fontsize=7.5)
         panel.set_xticks(range(len(LEGS)), [LEG_NAME[leg] for leg in LEGS])
-        panel.set_ylabel("error, N RMS")
+        panel.set_ylabel("RMS error [N]")
         panel.grid(axis="x", visible=False)
         drawing.tight_layout(rect=(0.0, 0.0, 1.0, 0.9))
         drawing.legend(*panel.get_legend_handles_labels(), loc="upper right", ncols=2)

@@ -15,10 +15,10 @@ from testbed.diagnosis.robot.groups import FORCES, GROUND, LINE, ROPES
 from testbed.effects import by_name
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
-from testbed.report.page import render, words
-from testbed.report.style import BLUE, GREY, styled_figure, svg
+from testbed.report.page import render, significant, words
+from testbed.report.style import BLUE, GREY, add_legend, styled_figure, svg
 
-COMPONENTS = ("up the slope, N", "to the left, N", "off the slope, N")
+COMPONENTS = ("up the slope", "to the left", "off the slope")
 SHOWN = 8
 """So many rivals stand in the table."""
 
@@ -77,7 +77,7 @@ def _rows(diagnosis: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
         FORCES: ("N, N m", 1.0),
         "feet": ("mm", 1e3),
         "supply": ("bar", 1e-5),
-        ROPES: ("1", 1.0),
+        ROPES: ("share", 1.0),
         GROUND: ("mrad", 1e3),
     }
     out = []
@@ -86,7 +86,7 @@ def _rows(diagnosis: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
         unit, factor = units.get(group, of_oil)
         changed = abs(row["after"] - row["refit"]) > 0.02 * row["refit"]
         if group in units or changed:
-            texts = {stage: f"{float(f'{factor * value:.3g}'):g}" for stage, value in row.items()}
+            texts = {stage: significant(factor * value, 3) for stage, value in row.items()}
             out.append((group.replace("_", " "), unit, texts))
     return out
 
@@ -107,9 +107,11 @@ def force_figure(diagnosis: RobotDiagnosis) -> str:
                 along = np.einsum("nj,nj->n", frames[:, axis], values[:, :3])
                 panel.plot(body.seen.time_s, along, color=colour, lw=1.0, label=label)
             panel.axhline(0.0, color="#1a1a1a", lw=0.6)
-            panel.set(title=words, xlabel="time, s")
-        panels[0].legend(loc="upper left")
-        figure.tight_layout()
+            panel.set(title=words, xlabel="time [s]")
+        panels[0].set_ylabel("missing force [N]")
+        figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.92))
+        handles, labels = panels[0].get_legend_handles_labels()
+        add_legend(figure, handles, labels, len(stages))
         return svg(figure, "robot-force")
 
 
@@ -142,7 +144,7 @@ def place_figure(diagnosis: RobotDiagnosis) -> str:
         panel.set_xticks(
             range(len(places)), [place.replace("_", " ") for place in places], rotation=60
         )
-        panel.set_ylabel("ln of evidence")
+        panel.set_ylabel("evidence (ln B)")
         figure.tight_layout()
         return svg(figure, "robot-places")
 

@@ -50,6 +50,7 @@ RC: dict[str, Any] = {
     "axes.linewidth": 0.6,
     "axes.formatter.useoffset": False,  # it would stand over the title
     "axes.grid": True,
+    "axes.axisbelow": True,  # bars hide the grid, not the grid the bars
     "grid.color": "#e4e6ea",
     "grid.linewidth": 0.5,
     "xtick.major.width": 0.6,

@@ -38,7 +38,7 @@ from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
 from testbed.recording.leg_model import Parameter
 from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_robot_model
-from testbed.report.page import Table, render
+from testbed.report.page import Table, render, rounded, unit_name
 from testbed.robot.robot import Robot
 from testbed.workflows.estimate import survey_of
 from testbed.workflows.own_files import check_answer
@@ -112,10 +112,10 @@ def page(numbers: Mapping[str, Number], result: Mapping[str, Any]) -> str:
         if not n.shown:
             continue
         known = n.before90()
-        before = "" if known is None else f"{known[0]:.4g} to {known[1]:.4g}"
-        after = f"{n.interval90[0]:.4g} to {n.interval90[1]:.4g}"
+        before = "" if known is None else " to ".join(rounded(n.value, known)[1:])
+        value, low, high = rounded(n.value, n.interval90)
         share = "" if n.before is None else f"{100.0 * n.sd / n.before[1]:.0f} %"
-        rows.append([name, n.unit, before, f"{n.value:.4g}", after, share])
+        rows.append([name, unit_name(n.unit), before, value, f"{low} to {high}", share])
     contents = {"rows": rows, "hidden": result["not_shown"], "seconds": result["simulated_s"]}
     return render("commission.html.j2", contents)
 
@@ -262,10 +262,10 @@ def _on_ropes(level: Scenario) -> Scenario:
 
 def table(result: Mapping[str, Any]) -> Table:
     """What was found, for the console."""
-    rows = [
-        [name, f"{n['value']:.4g}", "{:.4g} to {:.4g}".format(*n["interval90"]), n["unit"]]
-        for name, n in result["numbers"].items()
-    ]
+    rows = []
+    for name, n in result["numbers"].items():
+        value, low, high = rounded(n["value"], n["interval90"])
+        rows.append([name, value, f"{low} to {high}", n["unit"]])
     title = f"Found in {result['simulated_s']:.0f} s of moving"
     return Table(title, ["number", "value", "90 % interval", "unit"], rows)
 

@@ -23,6 +23,7 @@ from testbed.estimation.detectors import foot_scale as scales
 from testbed.estimation.detectors.single_force import MOST_SPREAD, SingleForce
 from testbed.formats.arrays import Array, Flags
 from testbed.formats.records import SET
+from testbed.report.page import significant
 from testbed.workflows.own_files import check_answer
 from testbed.workflows.recorded_feet import RecordedFeet, carrying_of, read_feet
 
@@ -208,8 +209,8 @@ def table(done: dict[str, Any]) -> tuple[str, list[str], list[list[str]]]:
         scale = done["scale"][foot]
         row = [
             foot,
-            f"{scale['nominal_load_n']:.4g} ({scale['nominal_load_from']})",
-            f"{scale['breakaway_n']:.3g} ({scale['breakaway_from']})",
+            f"{significant(scale['nominal_load_n'])} ({scale['nominal_load_from']})",
+            f"{significant(scale['breakaway_n'], 3)} ({scale['breakaway_from']})",
             str(found["called_lost"]),
             f"{found['called_lost_share']:.3f}",
             f"{found['least_share_of_nominal_load']:.2f}",

@@ -115,8 +115,8 @@ def test_a_figure_keeps_text_as_text_and_its_ids_as_words(word: str) -> None:
         "figures": dict.fromkeys(("seen", "judged", "bars"), text),
         "plan": loop_page.plan(row),
     }
-    told = {"rows": [row | shown], "told": loop_page.told}
-    assert not foreign(page.render("loop.html.j2", told))
+    contents = {"rows": [row | shown]}
+    assert not foreign(page.render("loop.html.j2", contents))
     ids = [value for name, value in Seen(text).attributes if name == "id"]
     assert ids and all(re.fullmatch(r"[\w.-]+", value) for value in ids)
 

@@ -112,18 +112,3 @@ def test_the_page_of_a_sound_machine_says_that_nothing_was_found(
     text = loop_page.page(rows)
     assert "No effect that its model lacks" in text and "Nothing is added" in text
     assert "are off" not in text
-
-
-@pytest.mark.parametrize(
-    ("value", "interval", "expected"),
-    [
-        (0.32537, (-0.0013525, 0.7222), ("0.33", "0.00", "0.72")),
-        (409.01, (248.45, 586.13), ("409", "248", "586")),
-        (0.144563, (0.1109, 0.18074), ("0.145", "0.111", "0.181")),
-        (1.234e-12, (1.1e-12, 1.3e-12), ("1.23e-12", "1.1e-12", "1.3e-12")),
-    ],
-)
-def test_numbers_are_told_as_far_as_their_intervals_know_them(
-    value: float, interval: tuple[float, float], expected: tuple[str, str, str]
-) -> None:
-    assert loop_page.told(value, interval) == expected

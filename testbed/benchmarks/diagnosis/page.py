@@ -84,7 +84,7 @@ def _closed(result: dict[str, Any]) -> list[list[str]]:
         ("p50", "median", "at least 0.90"),
         ("p10", "10th percentile", "at least 0.60"),
     ):
-        same = f"told the names, of the force: {oracle[question]:.2f}"
+        same = f"given the names, of the force: {oracle[question]:.2f}"
         box = f"{black[question]:.2f}" if black else ""
         rows.append(
             [

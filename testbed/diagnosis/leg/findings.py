@@ -165,7 +165,7 @@ def summary_rows(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
             [
                 entry.name,
                 numbers_in_words(entry),
-                f"{said}, not told from {rivals}" if rivals else said,
+                f"{said}, not distinguished from {rivals}" if rivals else said,
             ]
         )
     for channel, share in verdict.goes_with.items():
@@ -174,17 +174,17 @@ def summary_rows(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
     if edges := diagnosis.valve_edges:
         sizes = ", ".join(f"{edge.upper()} {size.value:.3f}" for edge, size in edges.items())
         rows.append(["valve edges", sizes, "flow over the plate's, fitted; no finding"])
-    for quantity, unit in (("force_n", "N"), ("flow_m3_s", "m3/s")):
+    for quantity, unit, factor in (("force_n", "N", 1.0), ("flow_m3_s", "cm³/s", 1e6)):
         total = diagnosis.errors.total(quantity)
         if total:
             rows.append(
                 [
                     f"error, {unit}",
-                    ", ".join(f"{name} {value:.3g}" for name, value in total.items()),
+                    ", ".join(f"{name} {factor * value:.3g}" for name, value in total.items()),
                     "root mean square on verify",
                 ]
             )
-    return ["", "value", ""], rows
+    return ["what", "value", "remark"], rows
 
 
 def write_findings(diagnosis: Diagnosis, out: Path) -> None:
