@@ -210,7 +210,9 @@ def answers(benchmark: Benchmark[CaseT], jobs: int = 1, out: Path | None = None)
     with kept as lines, counting_progress(len(cases), benchmark.noun) as tell:
         if tell is not None:
             tell(len(found))
-        for key, answer in work_through(partial(_work, benchmark), todo, Workers.told(jobs)):
+        for key, answer in work_through(
+            partial(_work, benchmark), todo, Workers.from_environment(jobs)
+        ):
             if lines is not None:
                 lines.add(_text({"case": key, "mark": marks[key], "answer": answer}))
             found[key] = as_json(answer)

@@ -179,7 +179,10 @@ def sweep(
     from testbed.simulation.sweep import Share, merge_sweeps, run_sweep, table
     from testbed.simulation.workers import Workers
 
-    share, workers = Share.of(shard), Workers(work.jobs, dask) if dask else Workers.told(work.jobs)
+    share, workers = (
+        Share.of(shard),
+        Workers(work.jobs, dask) if dask else Workers.from_environment(work.jobs),
+    )
     given = FromOutside(changes.set_ or (), changes.seed, changes.duration)
     loaded, runs = sweep_of(file, vary, given) if vary else load_sweep(file, given)
     out = work.out

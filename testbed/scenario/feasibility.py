@@ -129,7 +129,7 @@ def overruled_fields(
     """
     found = []
     for path, rule in _idle(scenario, given):
-        if _told(path, changes) or not _told(rule.ruler, changes):
+        if _is_given(path, changes) or not _is_given(rule.ruler, changes):
             raise InputError(
                 f"would have no effect: {rule.ruler} rules it",
                 file=file,
@@ -153,7 +153,7 @@ def _idle(scenario: Scenario, given: Mapping[str, object]) -> Iterator[tuple[str
                     break
 
 
-def _told(path: str, changes: Collection[str]) -> bool:
+def _is_given(path: str, changes: Collection[str]) -> bool:
     """Whether one of the changes is of this field, or of a group that holds it."""
     return any(path == change or path.startswith(f"{change}.") for change in changes)
 

@@ -40,7 +40,7 @@ from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.rows import Rows
 from testbed.simulation.run_folder import RunFolder
 from testbed.simulation.run_observers import RunObservers
-from testbed.simulation.run_summary import Ending, summary_of_run, told_by_world
+from testbed.simulation.run_summary import Ending, summary_of_run, world_part
 from testbed.world.saved import State, read_state
 from testbed.world.simulation import Simulation
 
@@ -128,7 +128,7 @@ class Run:
         rendered pictures or without; an earlier run is removed.
 
         when_recorded: called with the folder and what the world tells of the run (see
-        `told_by_world`) once all rows are in their files, before they are summed up; not where
+        `world_part`) once all rows are in their files, before they are summed up; not where
         rows are lost.
 
         Returns the folder. Raises InputError, and is closed, where it cannot be written.
@@ -327,7 +327,7 @@ class Run:
         if lost is not None and self._fault is None:
             self._fault, self.interrupted = lost, True
         if lost is None and self.folder is not None and self._when_recorded is not None:
-            self._when_recorded(self.folder, told_by_world(self._simulation))
+            self._when_recorded(self.folder, world_part(self._simulation))
         self._closed = self.summary()
         return self._closed
 

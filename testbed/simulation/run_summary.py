@@ -256,20 +256,20 @@ def _hung(figures: Mapping[str, Any]) -> bool:
 
 def loss_rule(simulation: Simulation) -> LossRule:
     """What the scenario calls a loss of contact, on the machine that is believed."""
-    told = simulation.scenario.estimator
-    return LossRule(nominal_load_n(simulation.machines.belief), told.loss_share, told.loss_s)
+    rule = simulation.scenario.estimator
+    return LossRule(nominal_load_n(simulation.machines.belief), rule.loss_share, rule.loss_s)
 
 
-def told_by_world(simulation: Simulation) -> dict[str, Any]:
+def world_part(simulation: Simulation) -> dict[str, Any]:
     """What a Simulation's summary holds of the slope, the world and the events, which no recorded
     column is read for.
     """
-    told = {
+    part = {
         "slope_deg": simulation.scenario.terrain.slope_deg,
         **world_summary(simulation),
         "events": list(simulation.events),
     }
-    return dict(plain(told))
+    return dict(plain(part))
 
 
 def summary_of_run(
@@ -300,7 +300,7 @@ def summary_of_run(
         "undeclared": [effect.model_dump() for effect in scenario.undeclared],
         "machine": scenario.machine.model_dump(),
     }
-    for part in (figures, told_by_world(simulation)):
+    for part in (figures, world_part(simulation)):
         twice = summary.keys() & part.keys()
         assert not twice, f"{sorted(twice)} of a summary are worked out in two places"
         summary |= part

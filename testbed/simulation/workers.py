@@ -57,7 +57,7 @@ class Workers:
             )
 
     @classmethod
-    def told(cls, jobs: int) -> Workers:
+    def from_environment(cls, jobs: int) -> Workers:
         """So many processes here, unless the environment names a cluster (TESTBED_DASK)."""
         address = os.environ.get("TESTBED_DASK")
         return cls(1, address) if address else cls(jobs)

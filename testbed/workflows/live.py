@@ -108,7 +108,7 @@ class Live:
 
     # ---- the browser's side ----------------------------------------------------------------------
 
-    def told(self, after: int) -> dict[str, Any]:
+    def since(self, after: int) -> dict[str, Any]:
         """What has come since frame number `after`."""
         return {
             "frames": self.frames[max(after, 0) :],
@@ -150,7 +150,7 @@ def _handler(live: Live) -> type[BaseHTTPRequestHandler]:
                 self._answer(BEGINS, b"begins, look again", "text/plain")
             elif asked.path == "/frames" and self._knows_the_key():
                 after = parse_qs(asked.query).get("after", ["0"])[0]
-                self._json(live.told(int(after) if after.isdigit() else 0))
+                self._json(live.since(int(after) if after.isdigit() else 0))
             else:
                 self._answer(404, b"nothing", "text/plain")
 

@@ -167,7 +167,7 @@ class Drawers:
 
     def begin(self, folder: Path, by_world: dict[str, Any]) -> None:
         """Begin to draw all pictures of the run whose rows are in `folder`, of which the world
-        tells so much (see `told_by_world`); it need not be summed up yet.
+        tells so much (see `world_part`); it need not be summed up yet.
         """
         self.begun = True
         self._copy.begin((folder, by_world))

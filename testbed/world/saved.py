@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 FORMAT = "roboclimber-state/2"
 ALLOWED = "a file of `testbed save`"
-UNTOLD = ("name", "description", "duration_s", "expect", "mutation")
+NOT_COMPARED = ("name", "description", "duration_s", "expect", "mutation")
 """Fields of a scenario that a state does not depend on."""
 BROKEN = (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile)
 """What reading a damaged file raises."""
@@ -39,7 +39,7 @@ constant = constants(
     Machine,
     rooms=("testbed.scenario.scenario", "testbed.scenario.machines", "testbed.robot."),
 )
-"""What every run of a scenario builds for itself and never changes; the engine tells its own
+"""What every run of a scenario builds for itself and never changes; the engine saves its own
 state.
 """
 
@@ -52,8 +52,8 @@ class State:
 
     t_s: float
     """Simulated time at which it was taken."""
-    told: Mapping[str, Any]
-    """The scenario and the model that it belongs to."""
+    identity: Mapping[str, Any]
+    """The scenario and the model that it belongs to; `told` in a file."""
     scenario: Mapping[str, Any]
     """The whole scenario, as a file could say it."""
     engine: Mapping[str, NDArray[Any]]
@@ -67,7 +67,7 @@ class State:
         head = {
             "format": FORMAT,
             "t_s": self.t_s,
-            "told": self.told,
+            "told": self.identity,
             "scenario": self.scenario,
             "nodes": self.parts.nodes,
             "arrays": len(self.parts.arrays),
@@ -119,7 +119,7 @@ def save(simulation: Simulation, *others: Any) -> State:
     """
     return State(
         t_s=simulation.t_s,
-        told=_told(simulation),
+        identity=_identity(simulation),
         scenario=plain(simulation.scenario.model_dump(mode="json")),
         engine=simulation.machine.engine.state(),
         parts=capture([simulation, *others], constant),
@@ -132,11 +132,11 @@ def restore(state: State, simulation: Simulation, *others: Any) -> None:
     Raises InputError where it is of another scenario or model, or has other parts of the user's
     own.
     """
-    now = _told(simulation)
+    now = _identity(simulation)
     for field, value in now.items():
-        if state.told.get(field) != value:
+        if state.identity.get(field) != value:
             raise InputError(
-                f"belongs to another run: its {field} differs" + _where(state.told, now, field),
+                f"belongs to another run: its {field} differs" + _where(state.identity, now, field),
                 field="state",
                 allowed="a run of the same scenario and model",
             )
@@ -144,16 +144,16 @@ def restore(state: State, simulation: Simulation, *others: Any) -> None:
     put_back(state.parts, [simulation, *others], constant)
 
 
-def _told(simulation: Simulation) -> dict[str, Any]:
+def _identity(simulation: Simulation) -> dict[str, Any]:
     """What a state must have in common with the run that it goes into."""
-    scenario = simulation.scenario.model_dump(mode="json", exclude=set(UNTOLD))
+    scenario = simulation.scenario.model_dump(mode="json", exclude=set(NOT_COMPARED))
     belief = np.ascontiguousarray(simulation.machine.chain.belief)
     return {"scenario": plain(scenario), "model": hashlib.sha256(belief.tobytes()).hexdigest()}
 
 
-def _where(told: Mapping[str, Any], now: Mapping[str, Any], field: str) -> str:
+def _where(identity: Mapping[str, Any], now: Mapping[str, Any], field: str) -> str:
     """The sections in which two scenarios differ, in words."""
-    then, here = told.get(field), now[field]
+    then, here = identity.get(field), now[field]
     if not isinstance(then, Mapping) or not isinstance(here, Mapping):
         return ""
     return " in " + ", ".join(key for key in here if then.get(key) != here[key])

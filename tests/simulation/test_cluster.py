@@ -130,4 +130,4 @@ def test_processes_here_and_a_cluster_are_one_or_the_other(monkeypatch: pytest.M
     with pytest.raises(InputError, match="at least 1"):
         Workers(0)
     monkeypatch.setenv("TESTBED_DASK", "tcp://127.0.0.1:9")
-    assert Workers.told(4) == Workers(1, "tcp://127.0.0.1:9")
+    assert Workers.from_environment(4) == Workers(1, "tcp://127.0.0.1:9")

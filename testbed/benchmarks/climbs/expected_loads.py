@@ -11,7 +11,7 @@ come to rest, the truth is read and compared with
   times in ten.
 
 Then the thrust rises until the first foot leaves: its name and the thrust are compared with those
-foretold.
+predicted.
 """
 
 from __future__ import annotations

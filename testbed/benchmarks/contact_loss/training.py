@@ -199,7 +199,7 @@ def _slopes(values: list[Any], views: Any, lost: Array, counts: Any) -> tuple[fl
 
 
 def train_on(folder: Path, out: Path, epochs: int, beside: Path | None = None) -> Iterable[str]:
-    """Train on a benchmark's tuning scenes and write the weights; what is told of it, line by line.
+    """Train on a benchmark's tuning scenes and write the weights; yields its report, line by line.
     `beside`: weights of half as many members, which stay.
 
     Raises InputError where there are no scenes, `beside` holds no network, or `out` cannot be

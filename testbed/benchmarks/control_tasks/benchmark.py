@@ -75,24 +75,24 @@ class ControlTasks(Benchmark[Case]):
             if case.seed % entrants[name].each:
                 continue
             end = episode(task, entrants[name], case.seed)
-            answers.append(self._told(case, name, end))
+            answers.append(self._row(case, name, end))
             if name == task.solved_by and end["held"]:
                 return answers
         best = best_found(task, case.seed, self.oracle_episodes, answers)
-        return [*answers, self._told(case, ORACLE, best)]
+        return [*answers, self._row(case, ORACLE, best)]
 
     def _learned(self, task: str) -> dict[str, Entrant]:
         """The policies, each called as its folder."""
         return {Path(file).parent.name: trained(Path(file), task) for file in self.policies}
 
     @staticmethod
-    def _told(case: Case, entrant: str, end: Mapping[str, Any]) -> dict[str, Any]:
+    def _row(case: Case, entrant: str, end: Mapping[str, Any]) -> dict[str, Any]:
         return {"task": case.task, "entrant": entrant, "seed": case.seed, **end}
 
     def summarise(self, answers: Answers) -> dict[str, Any]:
         """By task: every entrant's mean score with its interval, and the headroom."""
-        told = list(chain.from_iterable(answers.values()))
-        return {task: summary(task, told) for task in self.tasks}
+        rows = list(chain.from_iterable(answers.values()))
+        return {task: summary(task, rows) for task in self.tasks}
 
     def tables(self, result: dict[str, Any]) -> Sequence[Table]:
         """One table a task."""
@@ -137,7 +137,7 @@ def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         name: [answer for answer in mine if answer["entrant"] == name]
         for name in dict.fromkeys(answer["entrant"] for answer in mine)
     }
-    scores = {name: {a["seed"]: a["score"] for a in told} for name, told in ends.items()}
+    scores = {name: {a["seed"]: a["score"] for a in rows} for name, rows in ends.items()}
     own = scores[ORACLE]
     oracle = {seed: max(found.get(seed, -math.inf) for found in scores.values()) for seed in own}
     beaten = sum(oracle[seed] > score for seed, score in own.items())

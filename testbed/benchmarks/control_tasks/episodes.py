@@ -73,7 +73,7 @@ def _stage(environment: str, randomisation: str | None, overrides: tuple[str, ..
 
 
 class Watched:
-    """Acts as another agent does and keeps what that one was told."""
+    """Acts as another agent does and keeps what that one observed."""
 
     def __init__(self, agent: Agent) -> None:
         self._agent = agent

@@ -32,7 +32,7 @@ WRONG: dict[str, tuple[str, ...]] = {
     "ropes 3 degrees steeper": (STEEPER.format("left"), STEEPER.format("right")),
     "a sensor reads 10 % less": (LIAR,),
 }
-"""What is wrong -> what the world has that the robot was not told."""
+"""What is wrong -> what the world has that the robot does not know."""
 
 
 @dataclass(frozen=True)

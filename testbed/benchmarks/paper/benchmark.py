@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any, cast
 
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.paper.experiment import Experiment, described, told
+from testbed.benchmarks.paper.experiment import Experiment, described, evaluated
 from testbed.benchmarks.paper.leg import of_set
 from testbed.benchmarks.paper.page import page, table
 from testbed.errors import InputError
@@ -41,7 +41,7 @@ def experiment(figure: str, machine: SetName = DEFAULT) -> Experiment:
     """Run the experiment of a figure on a set of the machine's numbers."""
     module = import_module(f"testbed.benchmarks.paper.figure_{int(figure):02d}")
     with of_set(machine):
-        return told(figure, module.experiment())
+        return evaluated(figure, module.experiment())
 
 
 @dataclass(frozen=True)

@@ -141,7 +141,7 @@ def described() -> Mapping[str, Any]:
     return read_mapping(FIGURES_YAML)
 
 
-def told(figure: str, result: Result) -> Experiment:
+def evaluated(figure: str, result: Result) -> Experiment:
     """A result in the words of figures.yaml, beside its criteria."""
     words = described()[figure]
 

@@ -82,7 +82,7 @@ def full_disk(folder: Path, rng: np.random.Generator) -> Judged:
 
 
 def read_only_disk(folder: Path, rng: np.random.Generator) -> Judged:
-    """Nothing can be written: that is said before the work begins, in one line."""
+    """Nothing can be written: one line reports it before the work begins."""
     out = folder / "out"
     out.mkdir()
     work = WRITERS[int(rng.integers(len(WRITERS)))](_run_to_read(), out)
@@ -122,16 +122,16 @@ def two_owners(folder: Path, rng: np.random.Generator) -> Judged:
     first = begun(work)
     time.sleep(float(rng.uniform(0.0, 1.0)))
     both = [ended(child) for child in (begun(work), first)]
-    told = sorted(done.judged[0] for done in both)
+    outcomes = sorted(done.judged[0] for done in both)
     if wrong := "".join(done.judged[1] for done in both):
         return "fell over", wrong
-    if "served" not in told:
-        return " and ".join(told), "nobody had it"
+    if "served" not in outcomes:
+        return " and ".join(outcomes), "nobody had it"
     if work is works[0]:
         same = recorded_rows(out) == recorded_rows(_run_to_read())
-        return " and ".join(told), "" if same else "other bits than of one owner"
+        return " and ".join(outcomes), "" if same else "other bits than of one owner"
     again = ended(begun(work)).judged
-    return " and ".join(told), again[1] or ("" if again[0] == "served" else "it does not go on")
+    return " and ".join(outcomes), again[1] or ("" if again[0] == "served" else "it does not go on")
 
 
 # ---- conditions ----------------------------------------------------------------------------------

@@ -85,7 +85,7 @@ def command(*arguments: str, before: Work | None = None) -> Ended:
 
 
 def forked(work: Work) -> Ended:
-    """Do it in a fork of this process; what it raises is told as the command line tells it."""
+    """Do it in a fork of this process; what it raises is reported as on the command line."""
     return ended(begun(work))
 
 
@@ -137,14 +137,14 @@ def _do(work: Work, said: IO[bytes]) -> int:
     except SystemExit as end:
         status = end.code if isinstance(end.code, int) else 0
     except BaseException as error:
-        status = _told(error)
+        status = _report(error)
     with suppress(OSError):
         sys.stderr.flush()
     return status
 
 
-def _told(error: BaseException) -> int:
-    """What a piece of work that is no command raised, as a command would tell it; exit status."""
+def _report(error: BaseException) -> int:
+    """Print what a piece of work raised, in one line as a command would; returns its status."""
     error = disk_refusal(error) or error
     if isinstance(error, InputError | SimulationFault):
         line, status = str(error), 2 if isinstance(error, InputError) else 1

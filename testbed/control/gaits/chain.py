@@ -73,7 +73,7 @@ class Chain:
         count = {"part": self._parts[self._index].kind, "parts_done": self._index + int(done)}
         return part | count | {"parts_wanted": len(self._parts), "done": done}
 
-    def _is_over(self, since_s: float, unless_told: bool = False) -> bool:
+    def _is_over(self, since_s: float, default: bool = False) -> bool:
         """Whether the part at work has done what it is there for."""
         part = self._parts[self._index]
         if isinstance(part, Stand | Sway):
@@ -81,9 +81,7 @@ class Chain:
         if isinstance(part, Drill | DrillHole):
             return self.drill_done
         own_progress = getattr(self._gait, "progress", None)
-        return (
-            unless_told if own_progress is None else bool(own_progress(since_s).get("done", False))
-        )
+        return default if own_progress is None else bool(own_progress(since_s).get("done", False))
 
     def _next(self, t: float, measured: Measured) -> None:
         """Begin the next part where the machine stands now."""

@@ -52,7 +52,7 @@ class BenchSigns:
     `repeated`: least share of draws of one of them; `companion`: share by which a channel that
     rides along lowers what they leave;
     `shares`: set of names -> share of draws; `exchanged`: set in which a name is exchanged for one
-    that it is not told from -> belief in it for one in the names that are left.
+    that it is not distinguished from -> belief in it for one in the names that are left.
     """
 
     excess: float
@@ -81,9 +81,9 @@ class BenchSigns:
         return cls(**{**row, **sets})
 
     def of_unnamed(self) -> dict[str, float]:
-        """What tells that no name covers what is there; a memory only of what the sensors do not
-        leave anyway. Generic terms that only follow the noise of few data lower nothing, however
-        much worse they foretell the rest.
+        """Features of *unnamed*: that no name covers what is there. A memory counts only of what
+        the sensors do not leave anyway. Generic terms that only follow the noise of few data
+        lower nothing, however much worse they predict the rest.
         """
         return {
             "one": 1.0,
@@ -159,7 +159,8 @@ def distribution(
     """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no
     name covers.
 
-    Of a set that wins draws only the names count that are `kept`, or what they are not told from.
+    Of a set that wins draws only the names count that are `kept`, or what they are not
+    distinguished from.
     """
     covered = 1.0 - answer(signs.of_unnamed(), calibration.unnamed)
     covered *= 1.0 - answer(fading_signs(signs.fading), calibration.fading)

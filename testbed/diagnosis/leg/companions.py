@@ -29,8 +29,8 @@ def companions(problem: Problem, fit: Fit) -> dict[str, float]:
     """
     names = set.intersection(*(set(series.extra) for series in problem.series))
     falls = {name: _fall(problem, fit, name) for name in sorted(names)}
-    told = sorted(falls.items(), key=lambda item: -item[1])
-    return {name: fall for name, fall in told if fall > LEAST_FALL}
+    ranked = sorted(falls.items(), key=lambda item: -item[1])
+    return {name: fall for name, fall in ranked if fall > LEAST_FALL}
 
 
 def _fall(problem: Problem, fit: Fit, name: str) -> float:

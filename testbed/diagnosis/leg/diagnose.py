@@ -146,8 +146,8 @@ def _of_model(
     """The effects that a model is given: those that are believed and those of some names, and not
     what every sound leg has a little of.
     """
-    told = {*names, *(active.effect.name for active in problem.believed)}
-    return tuple(entry for entry in entries if entry.name in told)
+    wanted = {*names, *(active.effect.name for active in problem.believed)}
+    return tuple(entry for entry in entries if entry.name in wanted)
 
 
 NEAR_FLOOR = 5.0

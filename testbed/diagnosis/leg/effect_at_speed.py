@@ -35,10 +35,10 @@ def share_at_speed(problem: Problem, fit: Fit, owner: str, size: str) -> float |
     column, residual = fit.jacobian["force"][:, place], fit.residual["force"]
     weight = weights(problem, {"force": residual}, {"force": fit.scale["force"]})["force"]
     weight = np.where(_at_speed(problem.series, fit.at.friction), weight, 0.0)
-    told = float(np.sum((weight * column) ** 2))
-    if value == 0.0 or told < 1.0 / (KNOWN * value) ** 2:
+    information = float(np.sum((weight * column) ** 2))
+    if value == 0.0 or information < 1.0 / (KNOWN * value) ** 2:
         return None
-    return 1.0 - float(np.sum(weight**2 * column * residual)) / told / value
+    return 1.0 - float(np.sum(weight**2 * column * residual)) / information / value
 
 
 def _at_speed(series: tuple[Series, ...], friction: Friction) -> Array:

@@ -19,8 +19,8 @@ STEPS_UNTIL = 0.25
 
 def experiments(names: Iterable[str]) -> list[tuple[str, str]]:
     """(name, the motion that shows it alone) for the names of an ambiguous group."""
-    told = [(name, by_name(name).telling_motion) for name in names]
-    return [(name, motion) for name, motion in told if motion]
+    motions = [(name, by_name(name).telling_motion) for name in names]
+    return [(name, motion) for name, motion in motions if motion]
 
 
 def write_motion(path: Path, known: Known, seconds: float = 60.0, rate_hz: float = 100.0) -> None:

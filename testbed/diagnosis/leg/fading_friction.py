@@ -3,7 +3,7 @@
 A seal's or a guide's friction at rest is up to twice of what it is when it slides, and what slides
 stays. The formula (5) knows no such bound, and its Stribeck part, given a few tenths of a metre per
 second to fall over, bends like whatever grows faster than with the speed: of a drag that grows with
-the square of the speed it leaves hardly more than the sensors do, and foretells every faster motion
+the square of the speed it leaves hardly more than the sensors do, and predicts every faster motion
 wrongly.
 """
 

@@ -134,9 +134,9 @@ def promise(problem: Problem, before: Fit, effect: Effect) -> float:
     starts).
     """
     observed = problem.observed(before.at.friction, before)
-    told = effect.promise(observed)
-    if told is not None:
-        return told
+    promised = effect.promise(observed)
+    if promised is not None:
+        return promised
     return max(_promised(problem, before, effect, start) for start in effect.starts(observed))
 
 

@@ -161,7 +161,7 @@ def left_signs(signs: Signs) -> dict[str, float]:
 
 
 def generic_signs(signs: Signs) -> dict[str, float]:
-    """The same, told by generic terms of the force balance: they gain, and not little beside what
+    """Features of generic terms of the force balance: they gain, and not little beside what
     names gained; or they alone gain more than the names do.
     """
     generic = max(signs.generic_gain, 0.5)
@@ -184,7 +184,7 @@ quite the formulas."""
 
 
 def flow_terms_signs(signs: Signs) -> dict[str, float]:
-    """The same, told by linear terms of the flow balances, again beside what names gained."""
+    """Features of linear terms of the flow balances, again beside what names gained."""
     gain = max(signs.flow_gain, 1.0)
     share = gain / (gain + max(signs.best.gain, 0.5))
     return {
@@ -196,7 +196,7 @@ def flow_terms_signs(signs: Signs) -> dict[str, float]:
 
 
 def edges_signs(signs: Signs) -> dict[str, float]:
-    """The same, told by metering edges that are more unlike each other than a workshop leaves them.
+    """Features of metering edges that are more unlike each other than a workshop leaves them.
 
     Its weights are reckoned, not fitted: ln 0.03, the odds of what is without a name and meters
     (E), and of three ratios of four edges their logarithmic probability if they differ by 15 % (E)
@@ -206,7 +206,7 @@ def edges_signs(signs: Signs) -> dict[str, float]:
 
 
 def late_signs(signs: Signs) -> dict[str, float]:
-    """The same, told by commands that act later or earlier than any recorder writes them.
+    """Features of commands that act later or earlier than any recorder writes them.
 
     Its weights are reckoned, not fitted: ln 0.03, the odds of what is without a name and meters
     (E), and of the samples the logarithmic probability if they scatter by 5 (E: a dead time) less

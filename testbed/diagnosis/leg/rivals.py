@@ -1,4 +1,4 @@
-"""Names that this data cannot tell from a chosen one, and how much is believed of each of them."""
+"""Names that this data cannot distinguish from a chosen one, and how much is believed of each."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TEMPERATURE = {"vertical-leg": 8.0, "cylinder": 8.0, "drive": 8.0, "robot": 2.5}
 exact.
 """
 AMBIGUOUS = 3.0
-"""A rival within so many units of belief of the chosen name is reported as not told apart."""
+"""A rival within so many units of belief of the chosen name is reported as not distinguished."""
 
 
 def near(state: Search, chosen: Candidate, name: str) -> dict[str, float]:
@@ -43,8 +43,8 @@ def untold(state: Search, chosen: Candidate, name: str) -> dict[str, float]:
 
 
 def exchanged(state: Search, chosen: Candidate) -> dict[Names, float]:
-    """The sets with one name of the chosen one exchanged for one that it is not told from -> what
-    is believed of them for one of the chosen set, at most 1.
+    """The sets with one name of the chosen one exchanged for one that it is not distinguished
+    from -> what is believed of them for one of the chosen set, at most 1.
     """
     out: dict[Names, float] = {}
     for name in chosen.names:

@@ -23,7 +23,7 @@ deviations of 6, 9, 14 and 14 % at 1, 3, 5 and 7 bar."""
 
 def steady(problem: Problem, found: Evidence, fit: Fit) -> Evidence:
     """Evidence of a fit on a bench or a drive whose dry friction may differ from run to run, where
-    that foretells what is kept back better: of a run of a few seconds the rest is too short to say.
+    that predicts what is kept back better: of a run of a few seconds the rest is too short to say.
 
     `found`: that of the fit as it is. Correlated samples would outweigh what is known of friction's
     wander: that is held to as independent ones would.

@@ -196,7 +196,7 @@ def _effects_floor_n(candidate: Candidate, found: Unexplained) -> float:
 
 def _by_recording(state: Search, candidate: Candidate, alone: Set[str]) -> Evidence:
     """Evidence of recordings that are each predicted from the others. `alone`: recordings that
-    alone show what is judged, of which the others foretell nothing; they are predicted from their
+    alone show what is judged, of which the others predict nothing; they are predicted from their
     own other blocks.
     """
     problem, fit = state.problem, candidate.fit

@@ -2,7 +2,7 @@
 the piston's way, as a rippled bore, rod or screw makes it, and that no name covers.
 
 A line is sought among many wavelengths, so what it gains where it was found says little. Motions
-that share it say more: with amplitude and phase from the others it has to foretell each of them.
+that share it say more: with amplitude and phase from the others it has to predict each of them.
 Presses on a load cell are left out, as what a sound landing leaves there has any shape.
 """
 
@@ -73,8 +73,8 @@ def stroke_line(problem: Problem, candidate: Candidate) -> StrokeLine | None:
     carried = {}
     for motion in motions:
         of_others = _solved(normal[best] - motion.normal[best], right[best] - motion.right[best])
-        foretold = of_others @ (motion.right[best] - 0.5 * motion.normal[best] @ of_others)
-        carried[motion.name] = float(foretold)
+        predicted = of_others @ (motion.right[best] - 0.5 * motion.normal[best] @ of_others)
+        carried[motion.name] = float(predicted)
     return StrokeLine(float(WAVES_1_M[best]), float(gains[best]), carried)
 
 

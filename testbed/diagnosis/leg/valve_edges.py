@@ -1,5 +1,5 @@
 """How large a valve's metering edges are against its plate, as they are fitted beside friction and
-effects: a nuisance that is told, and no finding.
+effects: a nuisance that is reported, and no finding.
 """
 
 from __future__ import annotations

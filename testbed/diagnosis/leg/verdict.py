@@ -74,12 +74,12 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     another law of it.
     """
     won, searched = wins(state, recordings_too=False), dict(state.tried)  # trials fit others too
-    told = signs(state, found)
-    believed = _tried(state, distribution(told, calibration()), won, identified)
+    features = signs(state, found)
+    believed = _tried(state, distribution(features, calibration()), won, identified)
     passed = frozenset(verdict_of(state, believed).chosen.names)
     weights = _tried(state, doubted(searched, believed), won, identified, passed)
-    if told.best.names:  # of no name `distribution` asked it
-        weights = standing(weights, beyond_none(told, calibration()))
+    if features.best.names:  # of no name `distribution` asked it
+        weights = standing(weights, beyond_none(features, calibration()))
         weights = _tried(state, weights, won, identified, passed)
     verdict = verdict_of(state, weights)
     if verdict.kind != "unnamed" and _leaves_a_line(state, verdict.chosen):
@@ -253,8 +253,8 @@ def decide_on_bench(
 
     `goes_with`: channel that rides along -> share by which it lowers what those names leave.
     """
-    told = bench.signs(state, proof, found, max(goes_with.values(), default=0.0))
-    weights = bench.distribution(told, proof.kept.names, bench.calibration())
+    features = bench.signs(state, proof, found, max(goes_with.values(), default=0.0))
+    weights = bench.distribution(features, proof.kept.names, bench.calibration())
     verdict = verdict_of(state, doubted(state.tried, weights))
     if verdict.kind != "effect":
         return replace(verdict, goes_with=goes_with if verdict.kind == "unnamed" else {})

@@ -47,24 +47,24 @@ class Support(Record):
 
 @njit
 def something_else_carries(
-    rows: Array, wrench: Array, variance: float, body: BodyBelief, state: BodyState
+    rows: Array, wrench: Array, variance: float, belief: BodyBelief, state: BodyState
 ) -> bool:
     """Whether something else than feet, ropes and drill carries the body; counts for how long.
 
     rows (6, unknowns); wrench (6): residual of the balance before anything learnt is
     subtracted, N and N m; variance: of its force along z, N2.
     """
-    fusion, support, least = state.fusion, state.support, SHARE * body.weight
+    fusion, support, least = state.fusion, state.support, SHARE * belief.weight
     lift = -left_over(fusion, rows[UP], wrench[UP])
     if support.carries == 0.0 and lift <= least:
         support.otherwise = 0.0
         return False
     sd = math.sqrt(variance_of(fusion, rows[UP], variance))
     if support.carries == 0.0:
-        turns = lift > OPENS * sd and within_belly(fusion, rows, wrench, lift, body)
+        turns = lift > OPENS * sd and within_belly(fusion, rows, wrench, lift, belief)
     else:
         turns = lift <= CLOSES * sd
-    support.otherwise = support.otherwise + body.every * body.decisions.dt if turns else 0.0
+    support.otherwise = support.otherwise + belief.every * belief.decisions.dt if turns else 0.0
     if support.otherwise >= TURNS_S:
         support.carries, support.otherwise = 1.0 - support.carries, 0.0
     return support.carries != 0.0
@@ -79,12 +79,14 @@ def left_over(fusion: Fusion, row: Array, missing: float) -> float:
 
 
 @njit
-def within_belly(fusion: Fusion, rows: Array, wrench: Array, lift: float, body: BodyBelief) -> bool:
+def within_belly(
+    fusion: Fusion, rows: Array, wrench: Array, lift: float, belief: BodyBelief
+) -> bool:
     """Whether a force that closes the balance, `lift` (N) of it along z, acts through the belly."""
     along = -left_over(fusion, rows[ALONG], wrench[ALONG])
     aside = -left_over(fusion, rows[ASIDE], wrench[ASIDE])
     about_x = -left_over(fusion, rows[ABOUT_X], wrench[ABOUT_X])
     about_y = -left_over(fusion, rows[ABOUT_Y], wrench[ABOUT_Y])
-    height = body.belly_height
+    height = belief.belly_height
     x, y = (height * along - about_y) / lift, (about_x + height * aside) / lift
-    return abs(x) < body.belly_length and abs(y) < body.belly_width
+    return abs(x) < belief.belly_length and abs(y) < belief.belly_width

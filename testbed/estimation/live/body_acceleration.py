@@ -45,13 +45,13 @@ class AccelerationMemory(Record):
 
 @njit
 def add_fast_changes(
-    specific_force: float, loads: Array, body: BodyBelief, state: AccelerationMemory
+    specific_force: float, loads: Array, belief: BodyBelief, state: AccelerationMemory
 ) -> None:
     """One step: add to the loads (4), N, what the body's acceleration shows of their fast changes.
 
     specific_force: of the body along z, m/s2. A missing sample changes nothing.
     """
-    dt, beyond, feet = body.decisions.dt, body.body_mass * specific_force, 0.0
+    dt, beyond, feet = belief.decisions.dt, belief.body_mass * specific_force, 0.0
     for k in range(4):
         beyond -= loads[k]
     if not math.isfinite(beyond):
@@ -61,14 +61,14 @@ def add_fast_changes(
     state.mean += (1.0 if first else dt / (MEMORY_S + dt)) * (beyond - state.mean)
     for k in range(4):
         state.load[k] += (1.0 if first else dt / (CARRIES_S + dt)) * (loads[k] - state.load[k])
-        feet += share_carried(state.load[k], body)
+        feet += share_carried(state.load[k], belief)
     fast = TRUST * (beyond - state.mean) / max(feet, 1.0)
     for k in range(4):
-        shaken = loads[k] + share_carried(state.load[k], body) * fast
+        shaken = loads[k] + share_carried(state.load[k], belief) * fast
         loads[k] = max(shaken, min(loads[k], 0.0))  # no foot pulls by it
 
 
 @njit
-def share_carried(load: float, body: BodyBelief) -> float:
+def share_carried(load: float, belief: BodyBelief) -> float:
     """How much of its part a foot of this mean load (N) takes, 0 to 1."""
-    return min(max(load / body.carries, 0.0), 1.0)
+    return min(max(load / belief.carries, 0.0), 1.0)

@@ -57,10 +57,10 @@ def stir(specific_force: Array, dt: float, state: Stirred) -> None:
 
 
 @njit
-def moving_variance(load: float, begun: float, body: BodyBelief, state: Stirred) -> float:
+def moving_variance(load: float, begun: float, belief: BodyBelief, state: Stirred) -> float:
     """Variance of a foot's load (N) while its piston slides, beside friction's, N2; begun:
     just_begun of reported_shares.py.
     """
     share = SLIDING + (BEGUN - SLIDING) * begun
-    own = share * body.body_mass / len(LEGS) * share_carried(load, body)
-    return body.steady_sd**2 + own * own * state.variance
+    own = share * belief.body_mass / len(LEGS) * share_carried(load, belief)
+    return belief.steady_sd**2 + own * own * state.variance

@@ -31,20 +31,20 @@ SMALL_RAD = 1.0e-4
 
 @njit
 def write_body_wrench(
-    row: DataRow, angular_acceleration: Array, body: BodyBelief, state: BodyState, rows: Array
+    row: DataRow, angular_acceleration: Array, belief: BodyBelief, state: BodyState, rows: Array
 ) -> Array:
     """Return the believed wrench (6) of weight, ropes and drill on the body, N and N m, and write
     its derivatives by the filter's unknowns into rows (6, unknowns).
     """
-    means, roll, pitch = state.means, body.unit_roll, body.unit_pitch
+    means, roll, pitch = state.means, belief.unit_roll, belief.unit_pitch
     attitude, felt = row.attitude, means.specific_force
     pulls = Pulls(means.rope_tension, state.ropes.direction)
-    view = view_of(attitude, felt, roll, pitch, body.gravity)
-    wrench = other_wrench(row, view, angular_acceleration, pulls, body)
+    view = view_of(attitude, felt, roll, pitch, belief.gravity)
+    wrench = other_wrench(row, view, angular_acceleration, pulls, belief)
     for axis in range(2):
         turn = (SMALL_RAD, 0.0) if axis == 0 else (0.0, SMALL_RAD)
-        other = view_of(attitude, felt, roll + turn[0], pitch + turn[1], body.gravity)
-        turned = other_wrench(row, other, angular_acceleration, pulls, body)
+        other = view_of(attitude, felt, roll + turn[0], pitch + turn[1], belief.gravity)
+        turned = other_wrench(row, other, angular_acceleration, pulls, belief)
         for index in range(6):
             rows[index, unknowns.UNIT + axis] = (wrench[index] - turned[index]) / SMALL_RAD
     moment = np.zeros(3)
@@ -54,12 +54,12 @@ def write_body_wrench(
         moment[k] = 1.0
         put_moment(rows, unknowns.MOMENT + k, moment, view.specific_force)
     for k in range(2):
-        write_rope_errors(k, view, pulls, body, rows)
+        write_rope_errors(k, view, pulls, belief, rows)
     return wrench
 
 
 @njit
-def write_rope_errors(k: int, view: View, pulls: Pulls, body: BodyBelief, rows: Array) -> None:
+def write_rope_errors(k: int, view: View, pulls: Pulls, belief: BodyBelief, rows: Array) -> None:
     """Write the derivatives of rope k's wrench by its unknowns into rows (6, unknowns): azimuth and
     elevation, gain and zero of the load pin, height of the attachment.
     """
@@ -72,7 +72,7 @@ def write_rope_errors(k: int, view: View, pulls: Pulls, body: BodyBelief, rows: 
     left[0], left[1] = -along[1], along[0]
     if level > 0.0:
         up[0], up[1], up[2] = -along[2] * along[0] / level, -along[2] * along[1] / level, level
-    point = body.rope_point[k]
+    point = belief.rope_point[k]
     put_force(rows, unknowns.AZIMUTH + k, left, -tension, point)
     put_force(rows, unknowns.ELEVATION + k, up, -tension, point)
     put_force(rows, unknowns.PIN_GAIN + k, along, tension, point)

@@ -100,32 +100,32 @@ def leg_variance(covariance: Array, weights: Array, leg: int) -> float:
 
 
 @njit
-def reported_variance(leg: int, weights: Array, body: BodyBelief, state: BodyState) -> float:
+def reported_variance(leg: int, weights: Array, belief: BodyBelief, state: BodyState) -> float:
     """Variance to report for a foot force, N2: shares of the filter's variance by the machine's
     constants and by friction (reported_shares.py), larger ones where the balance is doubted, and
     the noise of the filtered load.
     """
     piston, ends = state.axes[VERTICAL[leg]], state.ranges[leg]
-    friction = share_of_friction(piston, ends, body.range_noise, body.reported)
+    friction = share_of_friction(piston, ends, belief.range_noise, belief.reported)
     share = doubt.reported_share(friction, state.doubt)
     variance = max(leg_variance(state.fusion.p, weights, leg), 0.0)
     fixed = min(max(leg_variance(state.fusion.fixed, weights, leg), 0.0), variance)
-    known = doubt.reported_share(share_of_constants(piston, body.reported), state.doubt)
+    known = doubt.reported_share(share_of_constants(piston, belief.reported), state.doubt)
     shared = known * known * fixed + share * share * (variance - fixed)
-    return shared + body.noise_sd * body.noise_sd
+    return shared + belief.noise_sd * belief.noise_sd
 
 
 @njit
-def spread_variance(leg: int, weights: Array, body: BodyBelief, state: BodyState) -> float:
+def spread_variance(leg: int, weights: Array, belief: BodyBelief, state: BodyState) -> float:
     """The same with one share of all that the filter does not know, constants and friction alike:
     `spread_share` of the belief, less while the leg has never slid, all of it where the balance is
     doubted. Detectors of contact losses weigh a load by it.
     """
     stuck = state.axes[VERTICAL[leg]].has_slid == 0.0
-    share = body.spread_share * (body.spread_stuck if stuck else 1.0)
+    share = belief.spread_share * (belief.spread_stuck if stuck else 1.0)
     share = doubt.reported_share(share, state.doubt)
     variance = max(leg_variance(state.fusion.p, weights, leg), 0.0)
-    return share * share * variance + body.noise_sd * body.noise_sd
+    return share * share * variance + belief.noise_sd * belief.noise_sd
 
 
 # What contact says about the force on a foot: it is zero in the air; on the ground it pushes and
@@ -133,17 +133,17 @@ def spread_variance(leg: int, weights: Array, body: BodyBelief, state: BodyState
 
 
 @njit
-def is_in_air(leg: int, row: DataRow, body: BodyBelief, state: BodyState) -> bool:
+def is_in_air(leg: int, row: DataRow, belief: BodyBelief, state: BodyState) -> bool:
     """Whether the foot of a leg is in the air now; counts for how long, s."""
     up = state.means.foot_force[leg, UP] - force_error(VERTICAL[leg], state)
-    off = bool(row.carrying[leg] < SET and abs(up) < body.air_load)
-    dt = body.every * body.decisions.dt
+    off = bool(row.carrying[leg] < SET and abs(up) < belief.air_load)
+    dt = belief.every * belief.decisions.dt
     state.in_air[leg] = state.in_air[leg] + dt if off else 0.0
     return off
 
 
 @njit
-def learn_in_air(leg: int, map_: Array, body: BodyBelief, state: BodyState) -> None:
+def learn_in_air(leg: int, map_: Array, belief: BodyBelief, state: BodyState) -> None:
     """Observe that the foot of a leg carries nothing, along three axes. map_ (3, 3): leg_map."""
     learnt, found = state.learnt_in_air[leg], state.fusion.x
     before = learnt.before[int(learnt.count) % HELD_BACK]
@@ -160,7 +160,7 @@ def learn_in_air(leg: int, map_: Array, body: BodyBelief, state: BodyState) -> N
     for along in range(3):
         write_leg_weights(leg, map_[along], state, weights)
         force, learns = state.means.foot_force[leg, along], along == UP and slides
-        observe(state.fusion, weights, force, body.air_sd**2, body.gate, learns)
+        observe(state.fusion, weights, force, belief.air_sd**2, belief.gate, learns)
 
 
 @njit
@@ -184,7 +184,7 @@ def forget_touchdown(leg: int, state: BodyState) -> None:
 
 
 @njit
-def learn_no_pull(maps: Array, body: BodyBelief, state: BodyState) -> None:
+def learn_no_pull(maps: Array, belief: BodyBelief, state: BodyState) -> None:
     """Observe that every foot that seems to pull carries nothing; maps (4, 3, 3): leg_map.
 
     Constants are not updated: such a foot only bounds them from below.
@@ -198,4 +198,4 @@ def learn_no_pull(maps: Array, body: BodyBelief, state: BodyState) -> None:
         if up < 0.0:
             weights[:] = 0.0
             write_leg_weights(leg, maps[leg, UP], state, weights)
-            observe(state.fusion, weights, force, body.air_sd**2, body.gate, False)
+            observe(state.fusion, weights, force, belief.air_sd**2, belief.gate, False)

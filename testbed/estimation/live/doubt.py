@@ -94,24 +94,24 @@ def reported_share(share: float, doubt: float) -> float:
 
 
 @njit
-def believable_cost(axes: Records[AxisState], body: BodyBelief) -> float:
+def believable_cost(axes: Records[AxisState], belief: BodyBelief) -> float:
     """Cost up to which a balance is believed: `doubt_cost` while no vertical piston has slid since
     the start, SLID times that otherwise.
     """
     slid = 0.0
     for piston in VERTICAL:
         slid = max(slid, axes[piston].has_slid)
-    return body.doubt_cost * (SLID if slid > 0.0 else 1.0)
+    return belief.doubt_cost * (SLID if slid > 0.0 else 1.0)
 
 
 @njit
-def followed(doubt: float, cost: float, believable: float, body: BodyBelief) -> float:
+def followed(doubt: float, cost: float, believable: float, belief: BodyBelief) -> float:
     """The doubt after one balance at this cost: it grows while the cost exceeds the believable one
     over the doubt, and fades while it is less.
     """
-    if body.doubt_cost <= 0.0 or not math.isfinite(cost):
+    if belief.doubt_cost <= 0.0 or not math.isfinite(cost):
         return NONE
     rate = math.log(max(cost, LEAST_COST) * doubt / believable)
     rate = min(max(rate, -FASTEST), FASTEST)
-    passed = body.every * body.decisions.dt / body.doubt_time
+    passed = belief.every * belief.decisions.dt / belief.doubt_time
     return min(max(doubt * math.exp(rate * passed), NONE), MOST)

@@ -69,45 +69,47 @@ standard deviation of this one (E).
 
 
 @njit
-def update_sizes(row: DataRow, body: BodyBelief, state: BodyState) -> None:
+def update_sizes(row: DataRow, belief: BodyBelief, state: BodyState) -> None:
     """Fill fusion.sizes: how far the unknowns of the filter may have moved since the last balance,
     from the means over that time.
     """
-    sizes, means, dt = state.fusion.sizes, state.means, body.every * body.decisions.dt
-    warm = row.oil_temperature - body.calibrated_at
+    sizes, means, dt = state.fusion.sizes, state.means, belief.every * belief.decisions.dt
+    warm = row.oil_temperature - belief.calibrated_at
     sizes.dt = dt
     suspicion = state.fusion.suspicion
-    suspicion.memory, suspicion.threshold = body.blame_memory, body.blame_threshold
-    sizes.balance_keep = math.exp(-dt / body.balance_keep)
+    suspicion.memory, suspicion.threshold = belief.blame_memory, belief.blame_threshold
+    sizes.balance_keep = math.exp(-dt / belief.balance_keep)
     for index in range(len(AXES)):
-        axis, belief = state.axes[index], body.axes[index]
-        keep_s = body.sliding_keep if axis.slides >= 1.0 else body.rest_keep
+        axis, thermal_sd = state.axes[index], belief.axes[index].thermal_sd
+        keep_s = belief.sliding_keep if axis.slides >= 1.0 else belief.rest_keep
         sizes.keep[index] = 0.0 if axis.changed != 0.0 else math.exp(-dt / keep_s)
         axis.changed = 0.0
         sizes.spread[index] = axis.spread
-        variance = body.known[unknowns.ZERO + index] ** 2 + (belief.thermal_sd * warm) ** 2
+        variance = belief.known[unknowns.ZERO + index] ** 2 + (thermal_sd * warm) ** 2
         sizes.zero_sd[index] = math.sqrt(variance)
         sizes.zero_grown[index] = (
-            max(variance - state.zero_variance[index], 0.0) + body.zero_wander * dt
+            max(variance - state.zero_variance[index], 0.0) + belief.zero_wander * dt
         )
         state.zero_variance[index] = max(variance, state.zero_variance[index])
         margin = 2.0 * axis.spread if axis.slides > 0.0 else 0.0
-        margin += body.set_margin * (axis.high - axis.low)
+        margin += belief.set_margin * (axis.high - axis.low)
         sizes.low[index] = axis.low - axis.friction - margin
         sizes.high[index] = axis.high - axis.friction + margin
     for leg in range(len(LEGS)):
         rested = state.axes[VERTICAL[leg]].rested
-        sizes.alike[leg] = body.alike * (1.0 - math.exp(-rested / body.alike_after))
+        sizes.alike[leg] = belief.alike * (1.0 - math.exp(-rested / belief.alike_after))
     for equation in range(len(unknowns.WRENCH)):
-        sizes.balance_sd[equation] = body.balance_sd[equation]
-    sizes.balance_sd[UP] += body.drill_share * abs(row.ordered_thrust)
+        sizes.balance_sd[equation] = belief.balance_sd[equation]
+    sizes.balance_sd[UP] += belief.drill_share * abs(row.ordered_thrust)
     for along in range(MOMENT):
-        sizes.balance_sd[along] += body.rope_share * (means.rope_tension[0] + means.rope_tension[1])
+        sizes.balance_sd[along] += belief.rope_share * (
+            means.rope_tension[0] + means.rope_tension[1]
+        )
     doubt.widen_balance(sizes, state.doubt)
 
 
 @njit
-def take_means(body: BodyBelief, state: BodyState) -> Array:
+def take_means(belief: BodyBelief, state: BodyState) -> Array:
     """Turn the sums since the last balance into means, and clear the sums.
 
     Returns the body's angular acceleration (3), rad/s2. Also sets `sizes.news` of every vertical
@@ -115,7 +117,7 @@ def take_means(body: BodyBelief, state: BodyState) -> Array:
     """
     sums, means, sizes, count = state.sums, state.means, state.fusion.sizes, state.count
     angular_acceleration, started = np.zeros(3), state.started != 0.0
-    dt = body.every * body.decisions.dt
+    dt = belief.every * belief.decisions.dt
     change = 0.0
     for index in range(3):
         rate = sums.angular_rate[index] / count
@@ -127,10 +129,10 @@ def take_means(body: BodyBelief, state: BodyState) -> Array:
     stir(means.specific_force, dt, state.stirred)
     for index in range(3):
         sums.angular_rate[index] = sums.specific_force[index] = 0.0
-    state.unsteady = body.weight / body.gravity * math.sqrt(change)
+    state.unsteady = belief.weight / belief.gravity * math.sqrt(change)
     for rope in range(len(SIDES)):
         tension = sums.rope_tension[rope] / count
-        means.rope_tension[rope] = (tension - body.pin_zero[rope]) / body.pin_gain[rope]
+        means.rope_tension[rope] = (tension - belief.pin_zero[rope]) / belief.pin_gain[rope]
         sums.rope_tension[rope] = 0.0
     for leg in range(len(LEGS)):
         for axis in range(3):
@@ -142,7 +144,7 @@ def take_means(body: BodyBelief, state: BodyState) -> Array:
         sizes.news[piston] = 0.0
         if slides < 1.0 and started:
             change = abs(force - means.cylinder_force[piston])
-            sizes.news[piston] = (body.news_share * max(change - body.news_noise, 0.0)) ** 2
+            sizes.news[piston] = (belief.news_share * max(change - belief.news_noise, 0.0)) ** 2
     for index in range(len(AXES)):
         means.cylinder_force[index] = sums.cylinder_force[index] / count
         sums.cylinder_force[index] = 0.0
@@ -151,7 +153,7 @@ def take_means(body: BodyBelief, state: BodyState) -> Array:
 
 
 @njit
-def balance(row: DataRow, arms: Array, body: BodyBelief, state: BodyState) -> None:
+def balance(row: DataRow, arms: Array, belief: BodyBelief, state: BodyState) -> None:
     """One step of the filter: the errors of the cylinder forces, from the means since the last one.
 
     arms (12): the rod's way by the joint's, m/rad for rotations and 1 otherwise.
@@ -159,42 +161,42 @@ def balance(row: DataRow, arms: Array, body: BodyBelief, state: BodyState) -> No
     first, fusion = state.started == 0.0, state.fusion
     if first:
         state.doubt = doubt.NONE
-    angular_acceleration = take_means(body, state)
-    update_sizes(row, body, state)
+    angular_acceleration = take_means(belief, state)
+    update_sizes(row, belief, state)
     if first:
-        start(fusion, body.known)
+        start(fusion, belief.known)
         state.started = 1.0
     else:
         predict(fusion)
     maps, on_ground = np.zeros((4, 3, 3)), np.ones(4)
     for leg in range(len(LEGS)):
-        leg_map(body.legs[leg], of_leg(row.position, leg), of_leg(arms, leg), maps[leg])
-        if is_in_air(leg, row, body, state):
+        leg_map(belief.legs[leg], of_leg(row.position, leg), of_leg(arms, leg), maps[leg])
+        if is_in_air(leg, row, belief, state):
             on_ground[leg] = 0.0
-            if state.in_air[leg] >= body.air_dwell and body.learns_in_air != 0.0:
-                learn_in_air(leg, maps[leg], body, state)
+            if state.in_air[leg] >= belief.air_dwell and belief.learns_in_air != 0.0:
+                learn_in_air(leg, maps[leg], belief, state)
         else:
             forget_touchdown(leg, state)
-    if body.balances != 0.0:
-        follow_ropes(row, on_ground, body, state)
-        balance_body(row, angular_acceleration, maps, on_ground, body, state)
-    if body.only_pushes != 0.0:
-        learn_no_pull(maps, body, state)
+    if belief.balances != 0.0:
+        follow_ropes(row, on_ground, belief, state)
+        balance_body(row, angular_acceleration, maps, on_ground, belief, state)
+    if belief.only_pushes != 0.0:
+        learn_no_pull(maps, belief, state)
     stay_in_sets(fusion)
-    if body.balances != 0.0:
-        cost, believable = doubt.cost_of_balance(fusion), doubt.believable_cost(state.axes, body)
-        state.doubt = doubt.followed(state.doubt, cost, believable, body)
-        follow_surprise(fusion, body.surprise, state.surprise)
+    if belief.balances != 0.0:
+        cost, believable = doubt.cost_of_balance(fusion), doubt.believable_cost(state.axes, belief)
+        state.doubt = doubt.followed(state.doubt, cost, believable, belief)
+        follow_surprise(fusion, belief.surprise, state.surprise)
     weights = np.zeros(unknowns.COUNT)
     for leg in range(len(LEGS)):
         for axis in range(3):
             write_leg_weights(leg, maps[leg, axis], state, weights)
-            state.force_sd[leg, axis] = math.sqrt(reported_variance(leg, weights, body, state))
-        state.spread[leg] = math.sqrt(spread_variance(leg, weights, body, state))
+            state.force_sd[leg, axis] = math.sqrt(reported_variance(leg, weights, belief, state))
+        state.spread[leg] = math.sqrt(spread_variance(leg, weights, belief, state))
 
 
 @njit
-def follow_ropes(row: DataRow, on_ground: Array, body: BodyBelief, state: BodyState) -> None:
+def follow_ropes(row: DataRow, on_ground: Array, belief: BodyBelief, state: BodyState) -> None:
     """Bring the ropes' directions up to date; on_ground (4): feet that are not in the air.
 
     Feet that carry nothing do not say how the body goes: they may hang, or feel for the ground.
@@ -202,18 +204,18 @@ def follow_ropes(row: DataRow, on_ground: Array, body: BodyBelief, state: BodySt
     attitude, rotation = np.empty(3), np.empty((3, 3))
     for axis in range(3):
         attitude[axis] = row.attitude[axis]
-    attitude[0] -= body.unit_roll
-    attitude[1] -= body.unit_pitch
+    attitude[0] -= belief.unit_roll
+    attitude[1] -= belief.unit_pitch
     write_rotation(attitude, rotation)
     point, feet, stands = np.empty(3), np.zeros((4, 3)), np.zeros(4)
     for leg in range(len(LEGS)):
         up = state.means.foot_force[leg, UP] - force_error(VERTICAL[leg], state)
-        stands[leg] = 1.0 if on_ground[leg] != 0.0 and up > body.air_load else 0.0
-        foot_point(body.legs[leg], of_leg(row.position, leg), body.foot_height[leg], point)
+        stands[leg] = 1.0 if on_ground[leg] != 0.0 and up > belief.air_load else 0.0
+        foot_point(belief.legs[leg], of_leg(row.position, leg), belief.foot_height[leg], point)
         for axis in range(3):
             for j in range(3):
                 feet[leg, axis] += rotation[axis, j] * point[j]
-    follow(body.rope_direction, body.rope_distance, feet, stands, state.ropes)
+    follow(belief.rope_direction, belief.rope_distance, feet, stands, state.ropes)
 
 
 @njit
@@ -222,7 +224,7 @@ def balance_body(
     angular_acceleration: Array,
     maps: Array,
     on_ground: Array,
-    body: BodyBelief,
+    belief: BodyBelief,
     state: BodyState,
 ) -> None:
     """Observe the body's six equations: the wrenches of the feet that carry, of weight, ropes and
@@ -235,14 +237,14 @@ def balance_body(
     with different delays.
     """
     rows = np.zeros((6, unknowns.COUNT))
-    wrench = write_body_wrench(row, angular_acceleration, body, state, rows)
+    wrench = write_body_wrench(row, angular_acceleration, belief, state, rows)
     point, column, effect = np.empty(3), np.empty(3), np.empty(6)
     slides = True
     for leg in range(len(LEGS)):
         if on_ground[leg] == 0.0:
             continue
         slides = slides and state.axes[VERTICAL[leg]].slides >= 1.0
-        foot_point(body.legs[leg], of_leg(row.position, leg), body.foot_height[leg], point)
+        foot_point(belief.legs[leg], of_leg(row.position, leg), belief.foot_height[leg], point)
         add_force(wrench, state.means.foot_force[leg], point)
         for joint in range(len(JOINTS)):
             cylinder = ROTATION[leg] + joint
@@ -257,57 +259,59 @@ def balance_body(
     for equation in range(len(unknowns.WRENCH)):
         rows[equation, unknowns.BALANCE + equation] = 1.0
         is_force = equation < MOMENT
-        variance[equation] = body.force_variance if is_force else body.moment_variance
-    variance[UP] += (body.blow_share * row.ordered_thrust) ** 2
-    if something_else_carries(rows, wrench, variance[UP], body, state):
+        variance[equation] = belief.force_variance if is_force else belief.moment_variance
+    variance[UP] += (belief.blow_share * row.ordered_thrust) ** 2
+    if something_else_carries(rows, wrench, variance[UP], belief, state):
         return
     slides = slides and state.support.otherwise == 0.0
     if slides:
         reach = np.empty(2)
-        reach[0], reach[1] = body.belly_length, body.belly_width
+        reach[0], reach[1] = belief.belly_length, belief.belly_width
         faulty_sensor.take_balance(rows, wrench, variance, reach, state.fusion)
     shows = slides and row.ordered_thrust == 0.0
     for equation in range(len(unknowns.WRENCH)):
         learns = equation in unknowns.VERTICAL_EQUATIONS and shows
         if learns:
-            variance[equation] *= 1.0 + (UNSTEADY * state.unsteady) ** 2 / body.force_variance
+            variance[equation] *= 1.0 + (UNSTEADY * state.unsteady) ** 2 / belief.force_variance
         missing, error = wrench[equation], variance[equation]
-        observe(state.fusion, rows[equation], missing, error, body.gate, learns)
+        observe(state.fusion, rows[equation], missing, error, belief.gate, learns)
 
 
 @njit
-def step_body(row: DataRow, body: BodyBelief, state: BodyState) -> None:
+def step_body(row: DataRow, belief: BodyBelief, state: BodyState) -> None:
     """Advance the estimate by one step: reads the measured part of `row` and writes its `own`
     estimates, N.
     """
     extension, arms = np.empty(12), np.empty(12)
-    joint_to_cylinder(row.position, body.linkages, extension, arms)
+    joint_to_cylinder(row.position, belief.linkages, extension, arms)
     joints, lift = state.joints, state.motion.lift
     for leg in range(len(LEGS)):
         # A foot in the air carries no load: what its cylinders seem to push is friction.
-        in_air = state.in_air[leg] >= body.air_dwell
+        in_air = state.in_air[leg] >= belief.air_dwell
         for joint in range(len(JOINTS)):
             index = ROTATION[leg] + joint
             axis, arm = state.axes[index], arms[index]
             readings = row.pressure_a[index], row.pressure_b[index], extension[index]
             loads = Loads(0.0, 0.0) if in_air else rod_loads(joint, state.last_force[leg], arm)
-            step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[index], axis)
+            step_axis(
+                readings, loads, row.oil_temperature, belief.decisions, belief.axes[index], axis
+            )
             joints.position[index] = row.position[index]
             joints.rate[index] = axis.speed / arm
             joints.acceleration[index] = axis.acceleration / arm
             joints.torque[index] = (axis.force - axis.friction) * arm
     force, up, rotation, normals = np.zeros((4, 3)), np.zeros(4), np.zeros((3, 3)), np.zeros((4, 3))
     attitude = np.empty(2)
-    attitude[0] = row.attitude[0] - body.unit_roll
-    attitude[1] = row.attitude[1] - body.unit_pitch
-    gravity_in_body(attitude, body.gravity, lift)
+    attitude[0] = row.attitude[0] - belief.unit_roll
+    attitude[1] = row.attitude[1] - belief.unit_pitch
+    gravity_in_body(attitude, belief.gravity, lift)
     for k in range(3):
         rotation[k, k], lift[k] = 1.0, -lift[k]
-    foot_forces(body.legs, joints, rotation, state.motion, normals, force, up)
+    foot_forces(belief.legs, joints, rotation, state.motion, normals, force, up)
     gather(row, force, state)
-    if state.count >= body.every or (state.started == 0.0 and state.count > 0.0):
-        balance(row, arms, body, state)
-    answer(row, arms, force, body, state)
+    if state.count >= belief.every or (state.started == 0.0 and state.count > 0.0):
+        balance(row, arms, belief, state)
+    answer(row, arms, force, belief, state)
 
 
 @njit
@@ -344,19 +348,19 @@ def gather(row: DataRow, force: Array, state: BodyState) -> None:
 
 
 @njit
-def answer(row: DataRow, arms: Array, force: Array, body: BodyBelief, state: BodyState) -> None:
+def answer(row: DataRow, arms: Array, force: Array, belief: BodyBelief, state: BodyState) -> None:
     """Subtract the estimated errors from the foot forces (4, 3), filter them, and write them into
     the row with their uncertainty.
     """
     map_, loads, own, interval = np.empty((3, 3)), np.empty(4), row.own, row.estimate_own
     wider = widening(state.surprise)
     for leg in range(len(LEGS)):
-        leg_map(body.legs[leg], of_leg(row.position, leg), of_leg(arms, leg), map_)
+        leg_map(belief.legs[leg], of_leg(row.position, leg), of_leg(arms, leg), map_)
         for joint in range(len(JOINTS)):
             off = force_error(ROTATION[leg] + joint, state)
             for axis in range(3):
                 force[leg, axis] -= map_[axis, joint] * off
-        loads[leg] = persistent.step(state.filters[leg], force[leg, UP], body.filter)
+        loads[leg] = persistent.step(state.filters[leg], force[leg, UP], belief.filter)
         for axis in range(UP):
             level = state.level[leg, axis]
             share = LEVEL_SHARE if state.started > 1.0 else 1.0
@@ -368,12 +372,12 @@ def answer(row: DataRow, arms: Array, force: Array, body: BodyBelief, state: Bod
             wider * state.force_sd[leg, X],
             wider * state.force_sd[leg, Y],
         )
-    if body.shakes != 0.0:
-        add_fast_changes(row.specific_force[UP], loads, body, state.shaken)
+    if belief.shakes != 0.0:
+        add_fast_changes(row.specific_force[UP], loads, belief, state.shaken)
     for leg in range(len(LEGS)):
         load = loads[leg]
         state.last_force[leg, UP] = row.estimate.own[leg] = own.z[leg] = load
-        bounds(leg, load, body, state, interval)
+        bounds(leg, load, belief, state, interval)
         own.z_sd[leg] = interval.sd[leg]
     row.own_balance_doubt = max(state.doubt, doubt.NONE)
     row.own_surprise = max(state.surprise.level, NO_SURPRISE)
@@ -382,15 +386,15 @@ def answer(row: DataRow, arms: Array, force: Array, body: BodyBelief, state: Bod
 
 
 @njit
-def bounds(leg: int, load: float, body: BodyBelief, state: BodyState, interval: Interval) -> None:
+def bounds(leg: int, load: float, belief: BodyBelief, state: BodyState, interval: Interval) -> None:
     """Write the standard deviation, the 90 % interval and the spread of a foot's load (N) into
     `interval`.
     """
     piston, filtered = state.axes[VERTICAL[leg]], state.filters[leg].estimate.variance
-    slides, begun = piston.slides, just_begun(piston, body.reported)
-    moving = slides**2 * moving_variance(load, begun, body, state.stirred)
+    slides, begun = piston.slides, just_begun(piston, belief.reported)
+    moving = slides**2 * moving_variance(load, begun, belief, state.stirred)
     sd = math.sqrt(state.force_sd[leg, UP] ** 2 + (filtered + moving)) * widening(state.surprise)
-    other = filtered + (slides * body.moving_sd) ** 2
+    other = filtered + (slides * belief.moving_sd) ** 2
     interval.spread[leg] = math.sqrt(state.spread[leg] ** 2 + other)
     interval.sd[leg] = sd
     interval.low[leg], interval.high[leg] = load - Z90 * sd, load + Z90 * sd

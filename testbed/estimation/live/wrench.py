@@ -140,7 +140,9 @@ def view_of(
 
 
 @njit
-def other_wrench(row: DataRow, view: View, turning: Array, pulls: Pulls, body: BodyBelief) -> Array:
+def other_wrench(
+    row: DataRow, view: View, turning: Array, pulls: Pulls, belief: BodyBelief
+) -> Array:
     """Wrench (6) of weight, inertia, ropes and drill.
 
     row: posture, and what the drill's controls know. Body and inner links move with the view's
@@ -149,18 +151,18 @@ def other_wrench(row: DataRow, view: View, turning: Array, pulls: Pulls, body: B
     """
     wrench, force = np.zeros(6), np.empty(3)
     for axis in range(3):
-        force[axis] = -body.base_mass * view.specific_force[axis]
+        force[axis] = -belief.base_mass * view.specific_force[axis]
         for other in range(3):
-            wrench[MOMENT + axis] -= body.inertia[axis, other] * turning[other]
-    add_force(wrench, force, body.base_centre)
+            wrench[MOMENT + axis] -= belief.inertia[axis, other] * turning[other]
+    add_force(wrench, force, belief.base_centre)
     for leg in range(len(LEGS)):
-        add_links(wrench, body.legs[leg], of_leg(row.position, leg), view)
+        add_links(wrench, belief.legs[leg], of_leg(row.position, leg), view)
     for rope in range(len(SIDES)):
         rope_direction(view, pulls.direction[rope], force)
         for axis in range(3):
             force[axis] *= pulls.tension[rope]
-        add_force(wrench, force, body.rope_point[rope])
-    add_drill(wrench, row, view.gravity, body)
+        add_force(wrench, force, belief.rope_point[rope])
+    add_drill(wrench, row, view.gravity, belief)
     return wrench
 
 
@@ -189,13 +191,13 @@ def add_links(wrench: Array, leg: LegNumbers, q: Array, view: View) -> None:
 
 
 @njit
-def add_drill(wrench: Array, row: DataRow, gravity: Array, body: BodyBelief) -> None:
+def add_drill(wrench: Array, row: DataRow, gravity: Array, belief: BodyBelief) -> None:
     """Wrench (6) += what the drill's controls know: thrust, torque, rods in the hole, mast and
     store.
     """
     force, point = np.zeros(3), np.empty(3)
     for index in range(3):
-        point[index] = body.drill_point[index]
+        point[index] = belief.drill_point[index]
     force[Z] = row.ordered_thrust + row.rods_in_hole * gravity[Z]
     add_force(wrench, force, point)
     wrench[MOMENT + Z] += row.ordered_torque
@@ -205,4 +207,4 @@ def add_drill(wrench: Array, row: DataRow, gravity: Array, body: BodyBelief) -> 
     add_force(wrench, force, point)
     for index in range(3):
         force[index] = row.rods_stored * gravity[index]
-    add_force(wrench, force, body.store_point)
+    add_force(wrench, force, belief.store_point)

@@ -41,7 +41,7 @@ from testbed.laws.penetration import best_feed, thrust_factor
 DRILL = Drill(3.4e-3, 5.5e3, 0.35, 1.5, 2.0, 2.0e4)
 
 
-def told(table: tuple[Observed, ...], **readings: float) -> np.ndarray:
+def observed(table: tuple[Observed, ...], **readings: float) -> np.ndarray:
     """A flat observation with these readings; the other rows are in the middle of their range."""
     values = [
         (2.0 * readings[row.column] - row.low - row.high) / (row.high - row.low)
@@ -56,7 +56,7 @@ def _hole(rate: float, feed: float, load_n: float = 5000.0) -> np.ndarray:
     """Bit at work with the full hammer, the same load on every foot."""
     loads = {f"estimate_own_{leg}": load_n for leg in ("fl", "fr", "rl", "rr")}
     known = {"control.drilling": 1.0, "orders.hammer": 1.0}
-    return told(HOLE_TABLE, **{"control.bit_rate": rate, "orders.feed": feed}, **known, **loads)
+    return observed(HOLE_TABLE, **{"control.bit_rate": rate, "orders.feed": feed}, **known, **loads)
 
 
 @pytest.mark.parametrize("energy", [0.4, 1.0, 2.5])
@@ -103,10 +103,10 @@ def test_the_rule_hauls_the_rope_that_is_left_for_both() -> None:
     whole = {f"control.pull_change_{side}": 0.0 for side in ("left", "right")}
     cut = whole | {"control.pull_change_left": -1.3e4}
     rule = Hauling()
-    assert not rule.act(told(KEEP_TABLE, **loads, **still, **whole)).any()
-    action = rule.act(told(KEEP_TABLE, **loads, **still, **cut))
+    assert not rule.act(observed(KEEP_TABLE, **loads, **still, **whole)).any()
+    action = rule.act(observed(KEEP_TABLE, **loads, **still, **cut))
     assert action[1] == 1.0 and action[0] > 0.5 and not action[2:].any()
-    tight = told(KEEP_TABLE, **loads, **still, **cut | {"control.pull_change_right": 1.5e4})
+    tight = observed(KEEP_TABLE, **loads, **still, **cut | {"control.pull_change_right": 1.5e4})
     assert rule.act(tight)[1] == pytest.approx(0.0, abs=1e-3)
 
 
@@ -127,11 +127,11 @@ def test_the_secure_agent_pulls_before_anything_happens() -> None:
     loads = {f"estimate_own_{leg}": 7000.0 for leg in ("fl", "fr", "rl", "rr")}
     still = {"rope_tension_left": 1.3e4, "rope_tension_right": 1.3e4, "attitude_pitch": -np.pi / 4}
     whole = {f"control.pull_change_{side}": 0.0 for side in ("left", "right")}
-    action = Secure().act(told(KEEP_TABLE, **loads, **still, **whole))
+    action = Secure().act(observed(KEEP_TABLE, **loads, **still, **whole))
     assert action[0] == pytest.approx(action[1]) and 0.0 < action[0] <= 1.0
     assert not action[2:].any()
     heavy = loads | {"estimate_own_fl": 1.2e4, "estimate_own_rr": 1.2e4}
-    evened = Secure().act(told(KEEP_TABLE, **heavy, **still, **whole))[2:]
+    evened = Secure().act(observed(KEEP_TABLE, **heavy, **still, **whole))[2:]
     assert evened[0] < 0.0 and not evened[1:].any()
 
 
@@ -145,9 +145,9 @@ def test_the_yielding_agent_goes_down_as_far_as_the_rope_has_to_stretch() -> Non
     for right in (0.0, 1.1e4, 1.4e4):
         agent = Yielding(relied_on=0.1)
         whole = {f"control.pull_change_{side}": 0.0 for side in ("left", "right")}
-        assert agent.act(told(KEEP_TABLE, **loads, **still, **whole))[4] == 0.0
+        assert agent.act(observed(KEEP_TABLE, **loads, **still, **whole))[4] == 0.0
         cut = {"control.pull_change_left": -1.3e4, "control.pull_change_right": right}
-        shifts[right] = float(agent.act(told(KEEP_TABLE, **loads, **still, **cut))[4])
+        shifts[right] = float(agent.act(observed(KEEP_TABLE, **loads, **still, **cut))[4])
     lacking = 2.8e4 - 0.1 * 2.8e4 - 2.4e4
     assert shifts[1.1e4] == pytest.approx(-lacking / ROPE_N_M / STEP_S / SHIFT_SPEED_M_S, rel=0.02)
     assert shifts[0.0] == -1.0 and shifts[1.4e4] == 0.0
@@ -165,7 +165,7 @@ def test_the_yielding_agent_pulls_less_where_its_pull_drags_the_feet() -> None:
         for way, change in ((0.0, 0.0), (hauled, gained)):
             seen = {f"control.pull_change_{side}": change for side in ("left", "right")}
             seen |= {f"orders.hauled_{side}": way for side in ("left", "right")}
-            action = agent.act(told(KEEP_TABLE, **loads, **still, **seen))
+            action = agent.act(observed(KEEP_TABLE, **loads, **still, **seen))
         ropes[hauled] = action[:2]
     assert (ropes[0.012] > 0.0).all() and (ropes[0.03] < 0.0).all()
 
@@ -185,7 +185,7 @@ def test_the_search_climbs_a_hill_and_never_forgets_its_best() -> None:
 
 
 def test_a_plan_that_is_given_up_below_the_floor_changes_nothing_of_what_is_found() -> None:
-    """A score that is told only where it reaches the floor, against one that always is; the first
+    """A score that is known only where it reaches the floor, against one that always is; the first
     number is the same in each round of eight plans.
     """
     plans: list[tuple[float, ...]] = []
@@ -215,7 +215,7 @@ def test_the_plan_of_an_episode_says_what_was_pulled_raised_and_given() -> None:
     def seen(left: float, right: float, raised_m: tuple[float, float], shift: float) -> np.ndarray:
         pulls = {"control.pull_change_left": left, "control.pull_change_right": right}
         orders = dict(zip(("orders.diagonal", "orders.front"), raised_m, strict=True))
-        return told(KEEP_TABLE, **loads, **still, **pulls, **orders, **{"orders.shift": shift})
+        return observed(KEEP_TABLE, **loads, **still, **pulls, **orders, **{"orders.shift": shift})
 
     stood = [seen(2.8e3, 2.8e3, (0.001, 0.0), 0.0)]
     lost = [
