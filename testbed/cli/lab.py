@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -191,9 +192,13 @@ def plain_effects(
     diagnosis says of each.
     """
     from testbed.benchmarks.diagnosis.robot_plain import PlainEffects
+    from testbed.errors import check_one_of
 
-    only = tuple(effect or ())
-    work.show(PlainEffects(first_seed, sounds, before, only, recordings))
+    benchmark = PlainEffects(first_seed, sounds, before, tuple(effect or ()), recordings)
+    kinds = sorted({case.effect for case in replace(benchmark, only=()).cases().values()})
+    for kind in benchmark.only:
+        check_one_of(kind, kinds, "--effect", "no such kind of effect")
+    work.show(benchmark)
 
 
 def quotes(root: Annotated[Path, typer.Argument(help="The project's folder.")] = Path()) -> None:

@@ -175,6 +175,8 @@ def recording_folder(place: str | Path) -> Path:
     if not folder.is_dir():
         problem = "is not a folder" if folder.exists() else "no such folder"
         raise InputError(problem, file=folder, allowed=RECORDING)
+    if not (folder / "recording.yaml").is_file():
+        raise InputError("no such file", file=folder / "recording.yaml", allowed=RECORDING)
     return check_links(folder)
 
 
@@ -188,7 +190,8 @@ def read_rig(folder: str | Path, allowed: str = RIG, judged: bool = True) -> Rig
     if not folder.is_dir():
         problem = "is not a folder" if folder.exists() else "no such folder"
         raise InputError(problem, file=folder, allowed=allowed)
-    check_links(folder)
+    if (folder / "identify").is_dir():
+        check_links(folder)
     parts: dict[str, tuple[Recording, ...]] = {}
     for part in ("identify", "verify"):
         if part == "verify" and not judged and not (folder / part).is_dir():

@@ -229,6 +229,14 @@ def check_format(tree: Mapping[str, Any], path: Path) -> None:
         )
 
 
+def check_kind_of_rig(tree: Mapping[str, Any], wanted: str, path: Path) -> None:
+    """Refuse a header of another kind of rig before its fields, which differ, are looked at."""
+    rig = tree.get("rig", wanted)
+    if rig != wanted:
+        problem = "is of another kind of rig"
+        raise InputError(problem, file=path, field="rig", value=rig, allowed=wanted)
+
+
 def check_unit(quantity: str, channel: Channel, allowed: Sequence[str], path: Path) -> None:
     """Refuse a channel in another unit than the `allowed` ones, or whose calibration or range does
     not go with its unit.

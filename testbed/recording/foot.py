@@ -24,6 +24,7 @@ from testbed.recording.axis_header import (
     AnyHeader,
     ReferenceForce,
     check_format,
+    check_kind_of_rig,
     check_quantities,
 )
 from testbed.recording.checks import check_finite, check_time
@@ -104,6 +105,7 @@ def read_foot_header(path: Path) -> FootHeader:
     """Read and check the header of one foot's recording. Every fault is an InputError, one line."""
     tree = read_mapping(path, RECORDING)
     check_format(tree, path)
+    check_kind_of_rig(tree, "foot", path)
     header = checked(FootHeader, tree, path)
     check_quantities(header.channels, quantities_of("foot"), path, "foot")
     return header

@@ -26,6 +26,7 @@ from testbed.recording.axis_header import (
     RECORDING,
     AnyHeader,
     check_format,
+    check_kind_of_rig,
     check_present,
     check_unit,
 )
@@ -122,6 +123,7 @@ def read_robot_header(path: Path) -> RobotHeader:
     """Read and check the header of a robot's recording. Every fault is an InputError, one line."""
     tree = read_mapping(path, RECORDING)
     check_format(tree, path)
+    check_kind_of_rig(tree, "robot", path)
     header = checked(RobotHeader, tree, path)
     for quantity, channel in header.channels.items():
         meant, found = misspelt(quantity), described(quantity)

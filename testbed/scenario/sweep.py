@@ -27,6 +27,8 @@ MOST_KEPT = 20
 """More runs than these keep their summaries alone, unless the file says otherwise."""
 VARIED = re.compile(r"([^=]+)=(?:(.+):(.+):(\d+)|(.+))")
 """path=low:high:samples, or path=value,value,..."""
+SPAN = re.compile(r"[-+.\deE]+(:[-+.\deE]+)+")
+"""Numbers with colons between them: a span that lacks its samples, and no value."""
 LONGEST_LABEL = 60
 Changes = dict[str, Any]
 
@@ -170,13 +172,15 @@ def sweep_of(
             if changes.seed is not None:
                 raise _not_varied(text, "seeds here or --seed, not both")
             tree["seeds"] = parse_yaml(f"[{values}]", "--vary seed")
+        elif SPAN.fullmatch(values):
+            raise _not_varied(text)
         else:
             tree["grid"][path.strip()] = parse_yaml(f"[{values}]", f"--vary {path}")
     return _runs_of(changes.put_into(tree), Path("--vary"))
 
 
 def _not_varied(
-    text: str, allowed: str = "path=value,value or path=low:high:samples"
+    text: str, allowed: str = "path=value,value or path=low:high:samples, a whole number of them"
 ) -> InputError:
     return InputError("cannot be used", field="--vary", value=text, allowed=allowed)
 

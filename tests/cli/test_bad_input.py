@@ -228,6 +228,22 @@ COMMANDS: dict[str, tuple[list[str], str]] = {
         ["diagnose", "thesis", "--out", "d", "--suggest", "no/s.csv"],
         "no/s.csv: --suggest: its",
     ),
+    "span_without_samples": (
+        ["sweep", "good.yaml", "--vary", "robot.payload_kg=0:400", "--out", "s"],
+        "--vary = 'robot.payload_kg=0:400': cannot be used (allowed: path=value,value or path=low:high:samples",
+    ),
+    "no_such_plain_effect": (
+        ["lab", "plain-effects", "--effect", "friction.laod", "--out", "p"],
+        "--effect = 'friction.laod': no such kind of effect, did you mean 'friction.load'?",
+    ),
+    "check_of_a_folder_with_a_foreign_link": (
+        ["check", "linked"],
+        "linked/recording.yaml: no such file",
+    ),
+    "identify_of_a_folder_with_a_foreign_link": (
+        ["identify", "linked", "--out", "m.yaml"],
+        "linked: has no folder 'identify'",
+    ),
     "loop_to_a_file": (["loop", "--out", "bare.yaml"], "bare.yaml: --out: cannot be written"),
     "hydraulics_to_a_file": (
         ["hydraulics", "--out", "bare.yaml"],
@@ -460,6 +476,8 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis/chapter.tex").write_text("precious")
+    (tmp_path / "linked").mkdir()
+    (tmp_path / "linked/elsewhere").symlink_to("/etc/hostname")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

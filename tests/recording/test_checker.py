@@ -136,6 +136,18 @@ def test_forces_that_detect_bridges_leave_a_foot_usable(tmp_path: Path) -> None:
     assert [(f.severity, f.what) for f in checked.findings] == [("warning", "is not a number")]
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, 0.0, 1e300])
+def test_a_column_of_one_value_that_is_none_is_reported_and_never_a_fault(
+    tmp_path: Path, value: float
+) -> None:
+    for quantity in ("time", "position", "pressure_a", "pressure_b"):
+        sample = load(SAMPLES / "leg" / "identify" / "sine")
+        sample[quantity] = np.full(len(sample[quantity]), value)
+        with np.errstate(over="ignore"):
+            checked = check_recording(sample.write(tmp_path / f"{quantity}-{value:g}"))
+        assert checked.findings, quantity
+
+
 def robot(folder: Path) -> Path:
     shutil.copytree(SAMPLES / "robot", folder)
     return folder

@@ -12,7 +12,9 @@ from testbed.formats.table import write_columns
 from testbed.recording.axis import read_recording
 from testbed.recording.axis_header import read_header
 from testbed.recording.checker.check import check_recording
+from testbed.recording.foot import read_foot_header
 from testbed.recording.leg_model import Friction, LegModel
+from testbed.recording.robot import read_robot_header
 from testbed.recording.schema import RIGS
 
 
@@ -27,6 +29,15 @@ def test_an_unknown_rig_is_refused_with_every_kind(tmp_path: Path, rig: object) 
     message = str(refused.value)
     assert "rig" in message
     assert all(kind in message.split("allowed:")[1] for kind in RIGS)
+
+
+def test_a_rig_of_another_kind_is_refused_as_such_before_its_fields(tmp_path: Path) -> None:
+    path = tmp_path / "recording.yaml"
+    head = {"format": "roboclimber-recording/1", "rig": "vertical-leg", "reference_force": {}}
+    path.write_text(yaml.safe_dump(head))
+    for read, wanted in ((read_robot_header, "robot"), (read_foot_header, "foot")):
+        with pytest.raises(InputError, match=rf"rig = 'vertical-leg': .*allowed: {wanted}\)"):
+            read(path)
 
 
 def test_pressures_of_a_drive_ride_along_and_its_force_is_its_actuators(tmp_path: Path) -> None:

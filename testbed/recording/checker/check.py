@@ -37,6 +37,7 @@ from testbed.recording.checker.sensors import (
     check_numbers,
     check_ranges,
     check_spikes,
+    readable,
 )
 from testbed.recording.checks import MINIMUM_SAMPLES
 from testbed.recording.foot import FootHeader, read_foot
@@ -113,7 +114,7 @@ def _values(raw: Raw) -> Iterator[Finding]:
     rows = rising(raw.time_s)
     filled = {}
     for name, values in raw.series.items():
-        good = np.isfinite(values) & np.isfinite(raw.time_s)
+        good = readable(values) & np.isfinite(raw.time_s)
         if not good.all() and good.sum() > 1:
             filled[name] = np.interp(raw.time_s, raw.time_s[good], values[good])
         elif not good.any():
@@ -131,7 +132,8 @@ def _values(raw: Raw) -> Iterator[Finding]:
         for key, value in raw.series.items()
         if not any(_is_empty(number, key) for number in numbers)
     }
-    raw = Raw(**{**vars(raw), "series": whole})
+    declared = {key: step for key, step in raw.resolutions.items() if key in whole}
+    raw = replace(raw, series=whole, resolutions=declared)
     for check in (check_ranges, check_clipped, check_frozen, check_resolution):
         yield from check(raw)
     if raw.machine is not None:

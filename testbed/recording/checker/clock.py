@@ -59,7 +59,8 @@ def check_clock(raw: Raw) -> Iterator[Finding]:
             f"{int(lost.sum())} rows, first row {row}",
             "leave these rows out",
         )
-    steps = np.diff(time)
+    with np.errstate(invalid="ignore"):  # infinite times are found above
+        steps = np.diff(time)
     for bad, what, advice in (
         (steps < 0.0, "time runs backwards", "cut the recording there, or put its clock right"),
         (steps == 0.0, "time stands still: rows are doubled", "keep one of each pair of rows"),
@@ -99,7 +100,8 @@ def _rate(raw: Raw, steps: Array) -> Iterator[Finding]:
 def _gaps(raw: Raw) -> Iterator[Finding]:
     """Gaps in one finding, clock jumps in another."""
     time = raw.time_s
-    steps = np.diff(time)
+    with np.errstate(invalid="ignore"):
+        steps = np.diff(time)
     forward = steps[steps > 0.0]
     if not forward.size:
         return

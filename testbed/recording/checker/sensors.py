@@ -43,21 +43,32 @@ JUMP_TIMES = 6.0
 """A frozen sensor that wakes up steps by so many times its largest usual step."""
 
 
+LARGEST = 1e30
+"""No sensor reads so many of any SI unit."""
+
+
+def readable(values: Array) -> Flags:
+    """Which values a sensor can have read: finite ones below LARGEST."""
+    return np.abs(values) < LARGEST
+
+
 def check_numbers(raw: Raw) -> Iterator[Finding]:
-    """Values that are not finite numbers, by channel."""
+    """Values that are not finite numbers, or larger than any sensor reads, by channel."""
     for name, values in raw.series.items():
-        bad = ~np.isfinite(values)
+        bad = ~readable(values)
         if bad.all():
-            yield Finding(
-                "error", name, "holds no number at all", f"{bad.size} rows", "leave the channel out"
-            )
+            beyond = f", beyond {LARGEST:g}" if np.isfinite(values).all() else ""
+            evidence, advice = f"{bad.size} rows{beyond}", "leave the channel out"
+            yield Finding("error", name, "holds no number at all", evidence, advice)
         elif bad.any():
             first, last = np.flatnonzero(bad)[[0, -1]]
             bridged = raw.rig == "foot" and name == "force"
             yield Finding(
                 "warning" if bridged else "error",
                 name,
-                "is not a number",
+                "is larger than any sensor reads"
+                if np.isfinite(values).all()
+                else "is not a number",
                 f"{int(bad.sum())} rows, first row {first}",
                 "detect holds its state there" if bridged else "leave these rows out",
                 float(raw.time_s[first]),
