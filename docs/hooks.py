@@ -178,6 +178,7 @@ def command_page() -> str:
     import typer
 
     from testbed.cli import app
+    from testbed.cli.examples import EXAMPLES
 
     parts = [
         "# Commands\n",
@@ -196,7 +197,8 @@ def command_page() -> str:
         options = [p for p in command.params if p.param_type_name == "option" and p.name != "help"]
         usage = " ".join([name, *(p.metavar or str(p.name).upper() for p in arguments)])
         parts.append(
-            f"\n## {name}\n\n```sh\n{usage}{' [OPTIONS]' if options else ''}\n```\n\n{command.help or ''}\n"
+            f"\n## {name}\n\n```sh\n{usage}{' [OPTIONS]' if options else ''}\n"
+            f"testbed {EXAMPLES[str(command.name)]}  # an example\n```\n\n{command.help or ''}\n"
         )
         rows = [
             (p.metavar or str(p.name).upper(), getattr(p, "help", "") or "", "") for p in arguments

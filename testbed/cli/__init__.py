@@ -17,6 +17,7 @@ from typing import Annotated, Any
 import typer
 
 from testbed.cli import benchmarks, lab, models, recordings, runs
+from testbed.cli.examples import epilog
 from testbed.cli.listed import CommandList
 from testbed.formats.sockets import user_code
 
@@ -25,7 +26,7 @@ def _family(commands: dict[str, Callable[..., None]], **options: Any) -> typer.T
     """Commands by name as one program, or as the part of one."""
     family = typer.Typer(cls=CommandList, **options)
     for name, command in commands.items():
-        family.command(name)(command)
+        family.command(name, epilog=epilog(name))(command)
     return family
 
 

@@ -5,12 +5,12 @@ nothing written.
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from command_line import completed
 
 from testbed.cli import main
 
@@ -597,11 +597,7 @@ def test_a_loop_is_not_begun_where_one_of_its_scenarios_cannot_be_used(
 
 
 def test_the_shell_sees_the_same(desk: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "testbed", "run", "good.yaml", "--set", "terrain.slope_deg=95"],
-        capture_output=True,
-        text=True,
-    )
+    done = completed("run", "good.yaml", "--set", "terrain.slope_deg=95")
     assert done.returncode == 2
     assert done.stdout == ""
     assert (

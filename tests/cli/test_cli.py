@@ -5,13 +5,17 @@ from __future__ import annotations
 import errno
 import json
 import resource
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
 
 import pytest
+import typer
+from command_line import completed
 
-from testbed.cli import COMMANDS, LAB, _report
+from testbed.cli import COMMANDS, LAB, _report, app
+from testbed.cli.examples import EXAMPLES
 
 
 def _least_cpu_s(arguments: list[str], limit_s: float, tries: int = 5) -> float:
@@ -29,12 +33,6 @@ def _least_cpu_s(arguments: list[str], limit_s: float, tries: int = 5) -> float:
         if best < limit_s:
             break
     return best
-
-
-def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "testbed", *arguments], capture_output=True, text=True, timeout=60
-    )
 
 
 def test_importing_takes_less_than_300_ms() -> None:
@@ -63,13 +61,26 @@ def test_help_loads_no_heavy_package() -> None:
     assert out.splitlines()[-1] == "[]"
 
 
+def test_every_command_has_an_example_that_its_options_can_read() -> None:
+    assert list(EXAMPLES) == [*COMMANDS, *LAB]
+    for name, words in EXAMPLES.items():
+        first, *rest = shlex.split(words)
+        command = typer.main.get_command(app).commands[first]  # type: ignore[attr-defined]
+        if first == "lab":
+            second, *rest = rest
+            assert second == name
+            command = command.commands[second]
+        read = command.make_context(name, rest)
+        assert f"Example: testbed {words}" in command.get_help(read)
+
+
 def test_help_names_every_command() -> None:
     from testbed.cli import app
 
     names = {
         c.name or c.callback.__name__ for c in app.registered_commands if c.callback is not None
     }
-    shown = _run("--help").stdout
+    shown = completed("--help").stdout
     assert {"run", "view", "parameters", "scenario-schema"} <= names
     assert all(f"\n  {name}" in shown for name in names)
 
@@ -78,7 +89,7 @@ def test_help_names_every_command() -> None:
 def test_help_cuts_no_description_off(
     group: tuple[str, ...], at_hand: Mapping[str, Callable[..., None]]
 ) -> None:
-    shown = "".join(_run(*group, "--help").stdout.split())  # lines break at hyphens, too
+    shown = "".join(completed(*group, "--help").stdout.split())  # lines break at hyphens, too
     for name, command in at_hand.items():
         does = (command.__doc__ or "").partition("\n\n")[0]
         assert name + "".join(does.split()) in shown
@@ -87,13 +98,13 @@ def test_help_cuts_no_description_off(
 def test_help_lists_families_under_headings() -> None:
     from testbed.cli.listed import HEADINGS
 
-    lines = _run("--help").stdout.splitlines()
+    lines = completed("--help").stdout.splitlines()
     headings = [line.rstrip(":") for line in lines if line.rstrip(":") in HEADINGS.values()]
     assert headings == list(HEADINGS.values())
 
 
 def test_the_schema_lists_every_field_with_its_unit() -> None:
-    rows = [line.split("\t") for line in _run("scenario-schema").stdout.splitlines()]
+    rows = [line.split("\t") for line in completed("scenario-schema").stdout.splitlines()]
     table = {row[0]: row for row in rows}
     assert table["terrain.slope_deg"] == [
         "terrain.slope_deg",
@@ -106,24 +117,24 @@ def test_the_schema_lists_every_field_with_its_unit() -> None:
 
 
 def test_the_schema_is_json_for_programs() -> None:
-    schema = json.loads(_run("scenario-schema", "--json").stdout)
+    schema = json.loads(completed("scenario-schema", "--json").stdout)
     assert schema["properties"]["duration_s"]["exclusiveMinimum"] == 0
 
 
 def test_parameters_come_with_unit_mark_and_source() -> None:
-    found = json.loads(_run("parameters", "--json").stdout)
+    found = json.loads(completed("parameters", "--json").stdout)
     assert found["total_mass_kg"]["value"] == 4000
     assert all(q["mark"] in "ABCDE" and q["unit"] and q["source"] for q in found.values())
 
 
 @pytest.mark.parametrize("arguments", [(), ("--help",), ("run", "--help")])
 def test_asking_for_help_is_no_error(arguments: tuple[str, ...]) -> None:
-    done = _run(*arguments)
+    done = completed(*arguments)
     assert (done.returncode, done.stderr) == (0, "") and done.stdout.startswith("Usage: testbed")
 
 
 def test_without_a_command_the_help_is_shown_as_it_is() -> None:
-    assert _run().stdout == _run("--help").stdout
+    assert completed().stdout == completed("--help").stdout
 
 
 def test_a_closed_pipe_is_no_fault() -> None:

@@ -5,13 +5,12 @@ declared.
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from command_line import completed
 
 from testbed.errors import InputError
 from testbed.estimation.commissioning import Number, Weighed
@@ -111,7 +110,5 @@ def test_from_the_command_line_a_drawn_machine_finds_itself_and_stands_better_fo
 
 def _testbed(*arguments: object) -> dict[str, Any]:
     """What a command prints as JSON."""
-    command = [sys.executable, "-m", "testbed", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    answer: dict[str, Any] = json.loads(done.stdout)
+    answer: dict[str, Any] = json.loads(completed(*map(str, arguments), check=True).stdout)
     return answer

@@ -7,7 +7,6 @@ from __future__ import annotations
 import errno
 import os
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from command_line import completed
 
 from testbed.errors import InputError
 from testbed.scenario.scenario import load_scenario
@@ -116,10 +116,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 
 @pytest.mark.slow
 def test_a_disk_that_is_really_full(small_disk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    command = [sys.executable, "-m", "testbed", "run", "stand_flat", "--out", str(small_disk / "a")]
-    refused = subprocess.run(
-        [*command, "--duration", "60"], capture_output=True, text=True, check=False
-    )
+    refused = completed("run", "stand_flat", "--out", small_disk / "a", "--duration", "60")
     assert refused.returncode == 2 and "MB free" in refused.stderr
     monkeypatch.setattr("testbed.simulation.run_folder.check_space", lambda *_: None)
     with pytest.raises(InputError, match="No space left on device"):

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from command_line import completed, started
 
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.run import run_scenario
@@ -205,18 +206,7 @@ def test_a_load_of_a_thousand_weights_is_a_fault_of_the_simulation_and_no_physic
 def test_an_interrupted_run_is_finished_readable_and_says_so(
     tmp_path: Path, number: signal.Signals
 ) -> None:
-    command = [
-        sys.executable,
-        "-m",
-        "testbed",
-        "run",
-        "stand_slope_45",
-        "--duration",
-        "600",
-        "--out",
-        str(tmp_path / "run"),
-    ]
-    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    child = started("run", "stand_slope_45", "--duration", "600", "--out", tmp_path / "run")
     _wait_for_parts(child, tmp_path / "run/data.parquet")
     os.kill(child.pid, number)
     out, err = child.communicate(timeout=60)
@@ -240,51 +230,19 @@ def test_a_run_that_an_interrupt_broke_off_says_so(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_killed_run_can_be_viewed(tmp_path: Path) -> None:
-    command = [
-        sys.executable,
-        "-m",
-        "testbed",
-        "run",
-        "stand_slope_45",
-        "--duration",
-        "600",
-        "--out",
-        str(tmp_path / "run"),
-    ]
-    child = subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True
-    )
+    child = started("run", "stand_slope_45", "--duration", "600", "--out", tmp_path / "run")
     _wait_for_parts(child, tmp_path / "run/truth.parquet")
     child.kill()
-    child.wait()
+    child.communicate()
     assert read_run(tmp_path / "run").time_s[-1] >= 2.0
-    done = subprocess.run(
-        [sys.executable, "-m", "testbed", "view", str(tmp_path / "run")],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    done = completed("view", tmp_path / "run", check=True)
     assert "the run was killed" in Path(done.stdout.strip()).read_text()
 
 
 @pytest.mark.slow
 def test_json_on_standard_output_is_the_summary(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "testbed",
-            "run",
-            "stand_flat",
-            "--duration",
-            "0.3",
-            "--out",
-            str(tmp_path / "run"),
-            "--json",
-        ],
-        capture_output=True,
-        text=True,
-        check=True,
+    done = completed(
+        "run", "stand_flat", "--duration", "0.3", "--out", tmp_path / "run", "--json", check=True
     )
     assert done.stderr == ""
     assert json.loads(done.stdout) == json.loads((tmp_path / "run/summary.json").read_text())

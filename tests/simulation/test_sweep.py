@@ -7,13 +7,13 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
 from typing import Any
 
 import pytest
+from command_line import completed, started
 
 from testbed.errors import InputError
 from testbed.formats.files import owned
@@ -306,20 +306,8 @@ def test_a_stopped_sweep_goes_on_where_it_was(tmp_path: Path, blow: signal.Signa
     path = _file(tmp_path, "seeds: [1, 2, 3, 4]\n")
     path.write_text(path.read_text().replace("0.1", "3"))
     out = tmp_path / "out"
-    command = [
-        sys.executable,
-        "-m",
-        "testbed",
-        "sweep",
-        str(path),
-        "--out",
-        str(out),
-        "--jobs",
-        "2",
-    ]
-    process = subprocess.Popen(
-        command, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
+    command = "sweep", path, "--out", out, "--jobs", "2"
+    process = started(*command, start_new_session=True)
     deadline = time.monotonic() + 120
     while not list(out.glob("runs/*/summary.json")) and time.monotonic() < deadline:
         time.sleep(0.05)
@@ -330,7 +318,7 @@ def test_a_stopped_sweep_goes_on_where_it_was(tmp_path: Path, blow: signal.Signa
     done = {r.name for r in runs if summary_of(out / "runs" / r.name) is not None}
     assert 1 <= len(done) < 4
     before = {name: (out / "runs" / name / "summary.json").stat().st_mtime_ns for name in done}
-    again = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    again = completed(*command, timeout=300)
     assert again.returncode == 0, again.stderr
     assert {
         name: (out / "runs" / name / "summary.json").stat().st_mtime_ns for name in done
@@ -344,20 +332,8 @@ def test_two_interrupts_at_once_end_a_sweep_that_keeps_what_is_done(tmp_path: Pa
     path.write_text(path.read_text().replace("duration_s: 0.1\nkeep", "keep"))
     short, *long = (r.name for r in load_sweep(path)[1])
     out = tmp_path / "out"
-    command = [
-        sys.executable,
-        "-m",
-        "testbed",
-        "sweep",
-        str(path),
-        "--out",
-        str(out),
-        "--jobs",
-        "2",
-    ]
-    process = subprocess.Popen(
-        command, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
+    command = "sweep", path, "--out", out, "--jobs", "2"
+    process = started(*command, start_new_session=True)
     try:
         deadline = time.monotonic() + 120
         for name in long:
@@ -372,8 +348,8 @@ def test_two_interrupts_at_once_end_a_sweep_that_keeps_what_is_done(tmp_path: Pa
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
-    assert process.returncode == 130, told.decode()
-    assert "testbed: interrupted" in told.decode()
+    assert process.returncode == 130, told
+    assert "testbed: interrupted" in told
     assert {name for name in (short, *long) if summary_of(out / "runs" / name) is not None} == {
         short
     }
