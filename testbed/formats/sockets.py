@@ -115,11 +115,18 @@ def numbers_of(answer: Any, shape: tuple[int, ...], giver: object, meant: str) -
     if found is None or found.shape != shape:
         raise InputError(
             f"answered what are no {meant}",
+            file=own_file(giver),
             field=type(giver).__name__,
             value=type(answer).__name__ if found is None else found.shape,
             allowed=f"an array {shape} of numbers",
         )
     return found
+
+
+def own_file(made: object) -> str | None:
+    """The user's file that an object's class was read from; None for one of the testbed's own."""
+    file = getattr(sys.modules.get(type(made).__module__), "__file__", None)
+    return file if file in _LOADED else None
 
 
 @contextmanager

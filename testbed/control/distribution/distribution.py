@@ -30,7 +30,7 @@ from testbed.control.gait import Command, Measured, SetPoints
 from testbed.control.layers import Hauling, haul, hauling
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
-from testbed.formats.sockets import numbers_of
+from testbed.formats.sockets import numbers_of, own_file
 from testbed.machine.names import LEGS
 from testbed.machine.scale import Scale
 
@@ -247,12 +247,17 @@ def checked_plan(plan: Plan, controller: object) -> Plan:
     name = type(controller).__name__
     if not isinstance(plan, Plan):
         raise InputError(
-            "answered no plan", field=name, value=type(plan).__name__, allowed="a Plan"
+            "answered no plan",
+            file=own_file(controller),
+            field=name,
+            value=type(plan).__name__,
+            allowed="a Plan",
         )
     forces = numbers_of(plan.forces, (UNKNOWNS,), controller, "forces")
     if not np.isfinite(forces).all():
         raise InputError(
             "planned no forces that can be had",
+            file=own_file(controller),
             field=name,
             value=forces.tolist(),
             allowed=f"({UNKNOWNS},) finite numbers",
