@@ -87,7 +87,7 @@ class GainA(Gain):
 
 
 class GainB(Gain):
-    """The same of pressure sensor B."""
+    """The gain of pressure sensor B."""
 
     kind, channel = "sensor.gain_b", "pressure_b"
     equation = "measured pB = (1 + gain_error) pB"

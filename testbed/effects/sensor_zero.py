@@ -41,7 +41,7 @@ class ZeroA(Zero):
 
 
 class ZeroB(Zero):
-    """The same of pressure sensor B."""
+    """The zero of pressure sensor B."""
 
     kind = "sensor.zero_b"
     equation = "measured pB = pB + zero"

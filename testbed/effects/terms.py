@@ -295,17 +295,17 @@ class HiddenCylinder:
     replaced: dict[str, float] = field(default_factory=dict)
     """Path in AxisParameters (laws/axis_records.py) -> number in the place of the machine's."""
     added: dict[str, float] = field(default_factory=dict)
-    """The same -> number on top of the machine's."""
+    """Path as in `replaced` -> number on top of the machine's."""
     mass_kg: float = 0.0
     """Added to what the cylinder moves."""
     gain_error_a: float = 0.0
     """Pressure sensor at A: it reads so much more of the pressure."""
     gain_error_b: float = 0.0
-    """The same at B."""
+    """Pressure sensor at B: it reads so much more of the pressure."""
     zero_a_pa: float = 0.0
     """Pressure sensor at A: what it reads at no pressure."""
     zero_b_pa: float = 0.0
-    """The same at B."""
+    """Pressure sensor at B: what it reads at no pressure."""
     hysteresis_pa: float = 0.0
     """Both sensors: half of what a reading differs by on the way up and down."""
     bow_pa: float = 0.0

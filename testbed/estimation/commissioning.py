@@ -31,7 +31,7 @@ class Number:
         return self.before is None or self.sd < SHOWN * self.before[1]
 
     def wider(self, factor: float) -> Number:
-        """The same less surely."""
+        """This number with a standard deviation so many times as large."""
         return replace(self, sd=factor * self.sd)
 
     @property

@@ -30,7 +30,7 @@ from testbed.recording.leg_model import Friction
 EXTENDING, RETRACTING = 0, 1
 """Places of the two senses in `Stribeck.sides`."""
 SENSES = {EXTENDING: "plus", RETRACTING: "minus"}
-"""The same in a model file."""
+"""Names of the two senses in a model file."""
 
 
 class FrictionSide(Record):
@@ -158,7 +158,7 @@ def piston_force_n(pressure_a: Any, pressure_b: Any, area_a: float, area_b: floa
 
 
 piston_force = njit(piston_force_n)
-"""The same for compiled callers."""
+"""`piston_force_n` for compiled callers."""
 
 
 @njit

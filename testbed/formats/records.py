@@ -271,7 +271,7 @@ class Record:
 
     @classmethod
     def part_as_table(cls, records: NDArray[Any], name: str) -> Array:
-        """The same of one part of the records: (n, columns of the part)."""
+        """One part of records (n,) as a table (n, columns of the part) that shares their memory."""
         inner = cls.fields[name].record
         if inner is None:
             raise TypeError(f"{name} is no record within {cls.__name__}")

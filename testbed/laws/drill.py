@@ -26,7 +26,7 @@ class DrillOrder(Record):
 
 
 class DrillLoads(DrillOrder):
-    """The same, and where the string is."""
+    """What the drill is ordered to do, and where the string is."""
 
     string_mass = quantity("kg", "string in the hole")
     mast_mass = quantity("kg", "rods in the mast")

@@ -108,7 +108,9 @@ def unstrained_length(length_m: float, tension_n: float, stiffness_ea_n: float) 
 def unstrained_sagging(
     length_m: float, tension_n: float, stiffness_ea_n: float, weight_n_m: float, clearance_m: float
 ) -> float:
-    """The same with sag; a tension of 0 gives the shortest rope that is slack."""
+    """Paid-out length of a rope that sags: unstrained_length under its own weight. A tension of 0
+    gives the shortest rope that is slack.
+    """
     from scipy.optimize import brentq
 
     def error(unstrained_m: float) -> float:

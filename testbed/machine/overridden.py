@@ -56,7 +56,8 @@ WORLD: Rules = (
     (r"power_unit\.tank_oil_m3", UNREAD),
     *_NO_LOAD,
 )
-"""The same for the world alone: position loops are the electronics', which work with the model.
+"""Patterns that hold for the world alone: position loops are the electronics', which work with the
+model.
 
 The tank's content is only counted: what leaves it comes back, and no run can empty it.
 """
@@ -75,7 +76,7 @@ MODEL: Rules = (
     (rf"{_ARM}\.(oil\..*|valve\.(?!rated_flow).*|seal\.bristle_stiffness_n_m)", UNREAD),
     *_NO_LOAD,
 )
-"""The same for the model alone: what no estimator, no controller and no diagnosis reads."""
+"""Patterns that hold for the model alone: what no estimator, controller or diagnosis reads."""
 SHARED_ONLY = re.compile(
     r"oil\.(start_temperature_degc|ambient_degc|heat_capacity_j_k|cooling_w_k)"
     r"|seal\.viscosity_(rate_1_k|reference_degc)"

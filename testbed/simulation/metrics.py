@@ -63,7 +63,7 @@ def force_rms_n(data: Columns, truth: Columns) -> dict[str, float]:
 
 
 def force_rms_by_leg_n(data: Columns, truth: Columns) -> dict[str, dict[str, float]]:
-    """The same, leg by leg [N]."""
+    """Root mean square of estimate minus truth over the whole run, per method and leg [N]."""
     return {
         method: {leg: rms(_error(data, truth, f"estimate_{method}", leg)) for leg in LEGS}
         for method in methods(data)

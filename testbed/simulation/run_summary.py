@@ -86,7 +86,7 @@ def hidden_effects(scenario: Scenario) -> str:
 
 
 def hidden_numbers(scenario: Scenario) -> list[dict[str, Any]]:
-    """The same with name, place and parameters apart."""
+    """What is hidden in a scenario: name, place and parameters of each effect."""
     return [
         {"name": hidden_.effect, "place": hidden_.at, "parameters": dict(hidden_.parameters)}
         for hidden_ in scenario.undeclared

@@ -13,7 +13,7 @@ from testbed.formats.arrays import Array
 BODY_A, LINK_A, LINK_B, NORMAL_ON_B, DISTANCE, NORMAL_FORCE = 1, 3, 4, 7, 8, 9
 """Places in a row of the engine's contacts, a tuple. Its normal points from body B to body A."""
 FRICTIONS = ((10, 11), (12, 13))
-"""The same of both friction forces and their directions."""
+"""Places of both friction forces and their directions in such a row."""
 
 
 class FootContacts:

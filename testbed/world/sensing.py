@@ -86,7 +86,7 @@ class SampleNoise(Record):
 
 
 class AddedNoise(Record):
-    """The same, from a stream of their own."""
+    """Normal numbers (deviation 1) that came later, from a stream of their own."""
 
     specific_force = quantity("1", "of the accelerometers", per=XYZ)
 

@@ -110,7 +110,7 @@ def scores_of(name: str, tape: Tape, scene: Scene) -> tuple[Array, Hold]:
 
 
 def detector_scores(name: str, tape: Tape) -> tuple[Array, Hold]:
-    """The same of a detector, which needs no scene."""
+    """Scores of a detector over a tape, and its rule; it needs no scene."""
     if name == SingleForce.name:
         return single_force_scores(tape), Hold(dwell_s=0.0)
     detector = detector_of(name, "--detector")

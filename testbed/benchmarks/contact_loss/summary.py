@@ -33,7 +33,7 @@ supervisor keeps the drill waiting for so long, s."""
 BUDGET_1_H = 1.0
 """False alarms an hour and foot above the floor's, at which detectors are compared with it."""
 TRADED_1_H = (12.0, 25.0, 50.0)
-"""The same at so many, for the trade of recall against false alarms."""
+"""So many false alarms an hour and foot, for the trade of recall against them."""
 SLOPES = (20, 40, 60, 75, 86)
 DRAWS = 1000
 """Machines are drawn anew so often for the interval of a recall."""

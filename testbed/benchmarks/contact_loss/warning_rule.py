@@ -109,7 +109,7 @@ warnings as many as can be are right while seven in ten gradual losses are warne
 NUMBERS_ON_TRUTH: Mapping[str, float] = MappingProxyType(
     {**NUMBERS, "smooth": 0.06, "share": 0.25, "warn_at": 350.0, "gone": 20.0, "least": 1600.0}
 )
-"""The same rule's numbers for one who knows the true load: what perfect sensors would bring it."""
+"""The rule's numbers for one who knows the true load: what perfect sensors would bring it."""
 
 
 @njit

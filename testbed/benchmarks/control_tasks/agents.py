@@ -180,7 +180,7 @@ class Hauling:
 
 
 class Secure(Hauling):
-    """The same, and pulls so that the feet can hold what comes when either rope parts: see
+    """Hauls, and pulls so that the feet can hold what comes when either rope parts: see
     above for how much that is.
     """
 
@@ -215,7 +215,7 @@ class Secure(Hauling):
 
 
 class Yielding(Secure):
-    """The same, and gives way with its legs as far as the rope that is left has still to be
+    """Secures, and gives way with its legs as far as the rope that is left has still to be
     stretched: see above for how it predicts that.
     """
 

@@ -35,7 +35,7 @@ AS_IT_IS = (0.0, 0.0, 0.0)
 TUNED_STRIDE = (0.3, -0.5, 0.5)
 """Decisions that paid best of six under the flowing crawl on four tuning cases."""
 BRISK_STRIDE = (0.5, -0.5, 0.3)
-"""The same of five under the brisk crawl."""
+"""Decisions that paid best of five under the brisk crawl, on such cases."""
 MakeAgent = Callable[[Any], Agent]
 """From an environment that was reset, for one episode."""
 

@@ -34,7 +34,7 @@ FIRST, LAST = 5, 10
 SEAL_LIMIT, DRIVE_LIMIT = 0.006, 0.054
 """What is wanted of the identified model: at most, median of the seals; the drive."""
 SEAL_AFTER, DRIVE_AFTER = 0.004, 0.032
-"""The same of the diagnosed model's estimate."""
+"""What is wanted of the diagnosed model's estimate."""
 
 
 @dataclass(frozen=True)

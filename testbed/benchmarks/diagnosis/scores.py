@@ -229,7 +229,7 @@ def baselines(
     double: Sequence[Trial],
     clean: Sequence[Trial],
 ) -> dict[str, Any]:
-    """The same marks for doing nothing, refitting only, raw BIC stepwise and a black-box
+    """Marks for doing nothing, refitting only, raw BIC stepwise and a black-box
     regression.
     """
     black = [

@@ -29,9 +29,11 @@ FRICTION_ERROR = 0.05
 leaves.
 """
 DEPENDENCE_ERROR = 0.2
-"""The same of what friction depends on: place, pressure, side load, warmth, rest."""
+"""One standard deviation of what friction depends on, share: place, pressure, side load, warmth,
+rest.
+"""
 MASS_ERROR_KG = 15.0
-"""The same of the load on the platform."""
+"""One standard deviation of the load on the platform."""
 
 
 @dataclass(frozen=True)

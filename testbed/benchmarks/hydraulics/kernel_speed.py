@@ -112,8 +112,8 @@ def kernel_run(run: Walk, substeps: int) -> tuple[Array, float]:
 
 
 def lsoda_run(run: Walk, rtol: float, bare: bool = False) -> tuple[Array, float]:
-    """The same by SciPy's LSODA at `rtol` (absolute tolerance a tenth of it on states of order
-    one).
+    """Forces and processor time by SciPy's LSODA at `rtol` (absolute tolerance a tenth of it on
+    states of order one).
 
     solve_ivp(method="LSODA"), or with `bare` the old odeint: the same solver with less around it.
     """

@@ -301,7 +301,7 @@ def kept(series: Series, file: Path) -> None:
 
 
 def read_kept(file: Path) -> Series:
-    """The same again."""
+    """The series that was kept in a file."""
     with np.load(file, allow_pickle=False) as stored:
         parts: dict[str, dict[str, Array]] = {"data": {}, "truth": {}}
         for name in stored.files:

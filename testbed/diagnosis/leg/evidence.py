@@ -49,7 +49,7 @@ class Evidence:
         )
 
     def parts(self, other: Evidence, memory: Evidence) -> dict[Key, float]:
-        """The same, group by group."""
+        """Log-likelihood gained over `other` in each group of bins."""
         return {
             name: (value - other.log_likelihood[name]) / memory.memory[name]
             for name, value in self.log_likelihood.items()

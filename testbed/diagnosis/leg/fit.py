@@ -176,7 +176,7 @@ def _exact_friction(
 def _exact_edges(
     problem: Problem, coordinates: Sequence[Coordinate], theta: Array, fixed: Point
 ) -> dict[int, tuple[str, Array]]:
-    """The same for the valve's edges."""
+    """Exact columns of the Jacobian for the valve's edges."""
     wanted = {
         index: coordinate.name
         for index, coordinate in enumerate(coordinates)
@@ -194,7 +194,7 @@ def _exact_edges(
 def _exact_supply(
     problem: Problem, coordinates: Sequence[Coordinate]
 ) -> dict[int, tuple[str, Array]]:
-    """The same for what the supply is set beside its nominal pressure."""
+    """Exact column of the Jacobian for what the supply is set beside its nominal pressure."""
     column = np.where(problem.layout["supply"].count > 0, -1.0, 0.0)
     places = [place for place, one in enumerate(coordinates) if one.name == "supply_off_pa"]
     return {place: ("supply", column) for place in places}
@@ -379,7 +379,7 @@ def _cost(problem: Problem, r: dict[str, Array], scale: dict[str, Array]) -> flo
 
 
 def prior(coordinates: Sequence[Coordinate], theta: Array, unit: Array) -> tuple[Array, Array]:
-    """The same of what is known of the coordinates beforehand."""
+    """Hessian and gradient of what is known of the coordinates beforehand."""
     h, g = np.zeros((len(unit), len(unit))), np.zeros(len(unit))
     for index, coordinate in enumerate(coordinates):
         if coordinate.prior is not None:

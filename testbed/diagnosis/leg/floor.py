@@ -72,7 +72,7 @@ def _cell_rounding_n(recording: Recording) -> float:
 
 
 def flow_floor_m3_s(series: Series) -> tuple[Array, Array]:
-    """The same for the flow balances of A and B, m3/s, shape (n,)."""
+    """What sensors alone leave in the flow balances of A and B, m3/s, shape (n,)."""
     known = series.signals.known
     volume_a, volume_b = chamber_volumes_m3(series.signals)
     chambers = ((known.area_a_m2, volume_a), (known.area_b_m2, volume_b))

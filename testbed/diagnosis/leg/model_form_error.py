@@ -20,9 +20,11 @@ FRICTION_FORM, METERING_FORM = 0.006, 0.003
 friction follows its formula to a per cent or two, an orifice's flow to half of one; a sound leg may
 leave 2.5 and 1.75 floors (probabilities.FORCE_LEFT, FLOW_LEFT)."""
 FRICTION_FORM_OF_BENCHES = 0.015
-"""The same of a bench's or a drive's friction, which counts as the whole of what a sound one may
-leave, not as the 2.5th part. E: a Stribeck curve that falls with the square of the speed where (5)
-has it fall with the speed, and bristles of some micrometres, leave 1 to 2 % of the friction."""
+"""Share of a bench's or a drive's friction that its formula may miss; it counts as the whole of
+what a sound one may leave, not as the 2.5th part. E: a Stribeck curve that falls with the square of
+the speed where (5) has it fall with the speed, and bristles of some micrometres, leave 1 to 2 % of
+the friction.
+"""
 
 
 def form_floors(problem: Problem, fit: Fit) -> dict[Key, float]:

@@ -69,7 +69,9 @@ def given_back(problem: Problem, effects: Sequence[Active], force: Array) -> Arr
 
 
 def flow_given_back(problem: Problem, effects: Sequence[Active], flow: Array) -> Array:
-    """The same of the stacked flow residual, m3/s: each recording's of A, then of B."""
+    """The stacked flow residual, m3/s, each recording's of A, then of B, raised as `given_back`
+    does the force residual.
+    """
     return _raised(problem, effects, "flow", flow)
 
 

@@ -100,7 +100,9 @@ class Series:
         return self._local(force)
 
     def encoder_noise_m3_s(self) -> Array:
-        """The same for the flow of piston A, m3/s, shape (bins,)."""
+        """What the encoder's steps alone do to the flow of piston A: local root mean square, m3/s,
+        shape (bins,).
+        """
         everywhere = np.ones(len(self.signals.time_s), dtype=np.bool_)
         return self._local(
             self.signals.known.area_a_m2 * self.binned(self.velocity_noise_m_s, everywhere)[0]

@@ -249,7 +249,7 @@ def _known_rivals(state: Search, name: str) -> tuple[str, ...]:
 def decide_on_bench(
     state: Search, found: Unexplained, proof: Proof, goes_with: Mapping[str, float]
 ) -> Verdict:
-    """The same on a bench or a drive, of names that passed their trials.
+    """The verdict on a bench or a drive, of names that passed their trials.
 
     `goes_with`: channel that rides along -> share by which it lowers what those names leave.
     """

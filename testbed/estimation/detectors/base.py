@@ -52,7 +52,7 @@ class Hold:
     slow_s: float = 0.0
 
     def scaled(self, force: float) -> Hold:
-        """The same for scores in N, of a machine whose forces are `force` times as large."""
+        """This rule for scores in N of a machine whose forces are `force` times as large."""
         return replace(
             self,
             margin=force * self.margin,

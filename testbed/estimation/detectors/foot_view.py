@@ -152,9 +152,7 @@ def remember(
 def remember_slowly(
     row: DataRow, loads: tuple[float, float, float], foot: int, memory: FootMemory, dt: float
 ) -> None:
-    """The same of side forces, of the balance and of what takes seconds; loads: own, carried,
-    balance, N.
-    """
+    """Remember side forces, the balance and what takes seconds; loads: own, carried, balance, N."""
     started = memory.started != 0.0
     side = (row.own.x[foot], row.own.y[foot])
     size = math.hypot(side[0], side[1])

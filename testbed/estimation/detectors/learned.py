@@ -170,7 +170,7 @@ class Learned:
 
 
 class Patient(Learned):
-    """The same score for one who wants few alarms: a foot is called lost once that is
+    """The learned score for one who wants few alarms: a foot is called lost once that is
     far surer, and loaded again later. It finds fewer short losses, and touchdowns later.
     """
 

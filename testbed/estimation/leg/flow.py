@@ -57,7 +57,8 @@ class Edges:
     """How much further than its dead band says the spool goes before A is fed, share of its
     travel."""
     lap_in: float = 0.0
-    """The same on the way that feeds B."""
+    """How much further than its dead band says the spool goes before B is fed, share of its
+    travel."""
     supply_off_pa: float = 0.0
     """By how much the supply is set, or its sensor reads, beside what is declared, Pa."""
     supply_share: float = 0.0

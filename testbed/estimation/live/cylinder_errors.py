@@ -67,7 +67,7 @@ def write_cylinder_weights(cylinder: int, weight: float, axis: AxisState, weight
 
 @njit
 def write_leg_weights(leg: int, by_cylinder: Array, state: BodyState, weights: Array) -> None:
-    """The same for the three cylinders of a leg, with the weights `by_cylinder` (3)."""
+    """Write the weights of a leg's three cylinders, whose forces enter with `by_cylinder` (3)."""
     for joint in range(len(JOINTS)):
         cylinder = ROTATION[leg] + joint
         write_cylinder_weights(cylinder, by_cylinder[joint], state.axes[cylinder], weights)
@@ -117,9 +117,9 @@ def reported_variance(leg: int, weights: Array, belief: BodyBelief, state: BodyS
 
 @njit
 def spread_variance(leg: int, weights: Array, belief: BodyBelief, state: BodyState) -> float:
-    """The same with one share of all that the filter does not know, constants and friction alike:
-    `spread_share` of the belief, less while the leg has never slid, all of it where the balance is
-    doubted. Detectors of contact losses weigh a load by it.
+    """Variance by which detectors of contact losses weigh a foot force, N2: one share of all that
+    the filter does not know, constants and friction alike. It is `spread_share` of the belief, less
+    while the leg has never slid, all of it where the balance is doubted.
     """
     stuck = state.axes[VERTICAL[leg]].has_slid == 0.0
     share = belief.spread_share * (belief.spread_stuck if stuck else 1.0)

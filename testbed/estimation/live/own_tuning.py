@@ -73,7 +73,7 @@ class OwnTuning:
     fresh_s: float = 4.0
     """Time constant with which `fresh_more` decays."""
     stuck_share: float = EVEN
-    """The same as `rest_share` for a piston that has not slid since the start: it may be stuck
+    """What `rest_share` is for a piston that has not slid since the start: it may be stuck
     anywhere in its set.
     """
     sliding_keep_s: float = 0.5
@@ -149,32 +149,36 @@ class OwnTuning:
     moving_sd_n: float = 110.0
     """Error of a load by inertia and friction while its piston slides, for the spread."""
     steady_sd_n: float = 32.0
-    """The same for the interval where the body moves steadily; body_stirred.py adds the rest."""
+    """That error for the interval where the body moves steadily; body_stirred.py adds the rest."""
     reported_sliding: float = 0.45
     """Of the part by friction, while the vertical piston slides."""
     reported_begun: float = 1.8
-    """The same when it has just begun to slide; decays to the former over `reported_begun_s`."""
+    """Of the part by friction, when the piston has just begun to slide; decays to
+    `reported_sliding` over `reported_begun_s`.
+    """
     reported_begun_s: float = 0.05
     reported_constants: float = 0.9
     """Of the part by the machine's constants, once the vertical piston has slid for longer. Less
     than 1: errors of friction by speed, of friction by load and of a zero make up for each other.
     """
     reported_resting: float = 1.2
-    """The same while it does not slide."""
+    """Of the part by the machine's constants, while the vertical piston does not slide."""
     reported_stopped: float = 0.43
     """Of the part by friction, just after the piston came to rest: it keeps the friction of its
     stop.
     """
     reported_loaded: float = 0.88
-    """The same once its force has since ranged over `reported_loaded_within` times the width of
-    friction's set.
+    """Of the part by friction, once the force has since ranged over `reported_loaded_within` times
+    the width of friction's set.
     """
     reported_stuck: float = 0.62
     """Of the part by friction, while the piston has not slid since the start: what it may hide is
     as wide as its set, less what the balance of the body shows.
     """
     reported_led: float = 0.29
-    """The same once its force has ranged over `reported_led_within` times that width."""
+    """Of the part by friction of a piston that never slid, once its force has ranged over
+    `reported_led_within` times that width.
+    """
     reported_loaded_within: float = 1.0
     reported_led_within: float = 0.7
     range_noise_n: float = 50.0
@@ -230,23 +234,23 @@ def without(tuning: OwnTuning, *ideas: str) -> OwnTuning:
 
 
 def unsurveyed(tuning: OwnTuning) -> OwnTuning:
-    """The same where nobody surveyed ropes and load: there is no balance of the body to narrow what
-    friction hides. At rest friction is anywhere in its set, and intervals report all of that.
+    """The numbers where nobody surveyed ropes and load: there is no balance of the body to narrow
+    what friction hides. At rest friction is anywhere in its set, and intervals report all of that.
     """
     alone = without(tuning, "balance", "weighs")
     return fully_reported(replace(alone, rest_share=EVEN, fresh_more=0.0), stuck=0.6)
 
 
 def unfelt(tuning: OwnTuning) -> OwnTuning:
-    """The same where no inertial unit measured the body's acceleration: fast changes of the loads,
-    by blows above all, cannot be followed, and intervals are as wide as the filter's own.
+    """The numbers where no inertial unit measured the body's acceleration: fast changes of the
+    loads, by blows above all, cannot be followed, and intervals are as wide as the filter's own.
     """
     alone = replace(without(tuning, "shakes"), steady_sd_n=tuning.moving_sd_n)
     return fully_reported(alone, stuck=0.85)
 
 
 def fully_reported(tuning: OwnTuning, stuck: float = 1.0) -> OwnTuning:
-    """The same with intervals as wide as the filter's own uncertainty; on a vertical piston that
+    """The numbers with intervals as wide as the filter's own uncertainty; on a vertical piston that
     never slid, of the share `stuck` of it.
     """
     return replace(

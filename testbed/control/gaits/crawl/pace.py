@@ -25,7 +25,7 @@ LOADED_SHARE = 0.85
 """Share of a valve's flow at its rated drop that set points of a leg in stance may ask for (E): the
 rest is the loops' reserve."""
 FREE_SHARE = 0.95
-"""The same for a leg in the air (E)."""
+"""Share of that flow for a leg in the air (E)."""
 PUMP_SHARE = 0.8
 """Share of the pump's full flow that set points may ask for (E)."""
 TRACTION_SHARE = 0.9

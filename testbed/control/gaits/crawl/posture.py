@@ -24,7 +24,7 @@ LEVEL_GAIN_1_S = 0.3
 EVEN_GAIN_M_S_N = 2.0e-8
 """Height rate per newton of difference between the diagonals, while standing (E)."""
 SEAT_GAIN_M_S_N = 1.2e-7
-"""The same while a foot is seated (E)."""
+"""Height rate per newton while a foot is seated (E)."""
 SEAT_SPEED_M_S = 0.004
 """Fastest change of heights for that."""
 

@@ -48,7 +48,7 @@ class GaitStyle:
     margin: float = 1.0
     """Share of the usual margin that is enough where feet are heavy."""
     light_margin: float = 1.0
-    """The same where they are light."""
+    """Share of the usual margin that is enough where feet are light."""
     haste: float = 1.0
     """See Pace."""
     unload_m_s: float = UNLOAD_M_S

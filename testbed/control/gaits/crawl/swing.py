@@ -39,8 +39,8 @@ SEARCH_M_S = 0.06
 until the touch is known, the leg goes on into 10 MN/m of oil and ground, and too hard a touch lifts
 the feet beside it."""
 FAR_SEARCH_M_S = 0.08
-"""The same while the foot is still far above the expected ground, slower with the root of what the
-feet carry (E).
+"""Speed of the search while the foot is still far above the expected ground, slower with the root
+of what the feet carry (E).
 """
 FAR_SHARE = 0.5
 """Far is further up than this share of what the ground may lie higher: that is rare (E)."""
