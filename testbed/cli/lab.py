@@ -11,6 +11,9 @@ import typer
 from testbed.cli.options import Set, Work, spread
 
 Folders = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of trials.")]
+Recordings = Annotated[
+    Path | None, typer.Option(help="Folder where simulated runs are kept and taken from.")
+]
 File = Annotated[Path | None, typer.Option(help="File to write. [the shipped one]")]
 
 
@@ -114,9 +117,7 @@ def wrong_beliefs(
     work: Work,
     machines: Annotated[int, typer.Option(help="Machines drawn.")] = 4,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first one.")] = 2000,
-    recordings: Annotated[
-        Path | None, typer.Option(help="Folder where simulated runs are kept and taken from.")
-    ] = None,
+    recordings: Recordings = None,
 ) -> None:
     """Say how far the foot forces err, and whether their intervals hold, where something is far
     from what is believed: a weight on board, the ropes' directions, a pressure sensor.
@@ -141,9 +142,7 @@ def robot_diagnosis(
     work: Work,
     runs: Annotated[int, typer.Option(min=1, help="How many random runs.")] = 60,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run.")] = 2000,
-    recordings: Annotated[
-        Path | None, typer.Option(help="Folder where simulated runs are kept and taken from.")
-    ] = None,
+    recordings: Recordings = None,
     second: Annotated[bool, typer.Option(help="Let a second motion decide close cases.")] = True,
     closed: Annotated[bool, typer.Option(help="Judge what was found on another motion.")] = True,
 ) -> None:
@@ -161,9 +160,7 @@ def robot_close(
     work: Work,
     runs: Annotated[int, typer.Option(min=1, help="Among so many seeds; two in five serve.")] = 60,
     first_seed: Annotated[int, typer.Option(min=0, help="The first of them.")] = 2000,
-    recordings: Annotated[
-        Path | None, typer.Option(help="Folder where simulated runs are kept and taken from.")
-    ] = None,
+    recordings: Recordings = None,
 ) -> None:
     """Test what a second motion tells of robots whose two likeliest sets of effects are close, on
     effects that are drawn so small that they often are.
@@ -184,9 +181,7 @@ def plain_effects(
     effect: Annotated[
         list[str] | None, typer.Option(help="A kind of effect; may be repeated. [all]")
     ] = None,
-    recordings: Annotated[
-        Path | None, typer.Option(help="Folder where simulated runs are kept and taken from.")
-    ] = None,
+    recordings: Recordings = None,
 ) -> None:
     """Hide one plain effect of every kind in shipped scenes on drawn machines, and show what the
     diagnosis says of each.
