@@ -19,7 +19,7 @@ from testbed.cli.models import train
 from testbed.envs.observations import KEEP_TABLE
 from testbed.errors import InputError
 from testbed.formats.networks import read_network, write_network
-from tests.benchmarks.control_tasks.test_control_tasks import told
+from tests.benchmarks.control_tasks.test_control_tasks import observed
 
 LOADS = {f"estimate_own_{leg}": 7000.0 for leg in ("fl", "fr", "rl", "rr")}
 STILL = {"rope_tension_left": 1.3e4, "rope_tension_right": 1.3e4, "attitude_pitch": -np.pi / 4}
@@ -28,11 +28,11 @@ WHOLE = {f"control.pull_change_{side}": 0.0 for side in ("left", "right")}
 
 def lost(side: str, **further: float) -> np.ndarray:
     cut = {f"control.pull_change_{side}": -1.3e4}
-    return told(KEEP_TABLE, **{**LOADS, **STILL, **WHOLE, **cut, **further})
+    return observed(KEEP_TABLE, **{**LOADS, **STILL, **WHOLE, **cut, **further})
 
 
 def both() -> np.ndarray:
-    return told(KEEP_TABLE, **LOADS, **STILL, **WHOLE)
+    return observed(KEEP_TABLE, **LOADS, **STILL, **WHOLE)
 
 
 def test_weights_of_zero_are_the_secure_pull() -> None:
