@@ -8,7 +8,8 @@ from testbed.diagnosis.leg.findings import summary_rows
 from testbed.diagnosis.leg.verdict import Verdict
 from testbed.recording.leg_model import EffectEntry, Parameter
 
-ERRORS = SimpleNamespace(total=lambda quantity: {"identify": 9.0} if quantity == "force_n" else {})
+ERROR = {"force_n": {"identify": 9.0}, "flow_m3_s": {"identify": 4.2e-6}}
+ERRORS = SimpleNamespace(total=ERROR.get)
 
 
 def _said(
@@ -25,10 +26,11 @@ def test_a_verdict_without_a_name_says_so_and_what_goes_with_it() -> None:
     said = _said(verdict)
     assert said[0] == ["verdict", "unnamed", "probability 0.970"]
     assert said[1][1].startswith("current") and "71 %" in said[1][2]
-    assert said[2][1] == "identify 9"
+    assert said[2][:2] == ["error, N", "identify 9"]
+    assert said[3][:2] == ["error, cm³/s", "identify 4.2"]
 
 
-def test_a_name_stands_beside_those_that_it_is_not_told_from() -> None:
+def test_a_name_stands_beside_those_that_it_is_not_distinguished_from() -> None:
     likely = ((("sensor.gain_a",), 0.8), ((), 0.2))
     verdict = Verdict("effect", None, likely, {"sensor.gain_a": ("declared.bore_m",)})  # type: ignore[arg-type]
     gain = Parameter(value=-0.03, unit="1", interval90=(-0.04, -0.02))
@@ -37,11 +39,11 @@ def test_a_name_stands_beside_those_that_it_is_not_told_from() -> None:
     assert row == [
         "sensor.gain_a",
         "gain_error -0.03",
-        "probability 0.800, not told from declared.bore_m",
+        "probability 0.800, not distinguished from declared.bore_m",
     ]
 
 
-def test_the_valves_edges_are_told_and_are_no_finding() -> None:
+def test_the_valves_edges_are_reported_and_are_no_finding() -> None:
     sizes = {"pa": Parameter(value=1.031, unit="1"), "bt": Parameter(value=0.97, unit="1")}
     row = _said(Verdict("none", None, (((), 0.9),), {}), edges=sizes)[1]  # type: ignore[arg-type]
     assert row == ["valve edges", "PA 1.031, BT 0.970", "flow over the plate's, fitted; no finding"]
