@@ -13,6 +13,7 @@ import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from string import Formatter
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -55,6 +56,15 @@ class Quotes(Checked):
     without_result: dict[str, str] = Field(default_factory=dict)
 
 
+class ZeroWithoutSign(Formatter):
+    """Formats numbers as `str.format`, but for one that rounds to zero: that has no sign."""
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        """A number in the form that is wanted."""
+        text = str(super().format_field(value, format_spec))
+        return text.removeprefix("-") if re.fullmatch(r"-0(\.0+)?", text) else text
+
+
 @dataclass(frozen=True)
 class Quote:
     """One line of a page as it ought to be."""
@@ -66,7 +76,7 @@ class Quote:
     @property
     def wanted(self) -> str:
         """The text with the result's numbers."""
-        return self.text.format(*self.values)
+        return ZeroWithoutSign().format(self.text, *self.values)
 
     @property
     def pattern(self) -> re.Pattern[str]:

@@ -62,6 +62,11 @@ def test_a_page_takes_the_numbers_of_its_result_and_keeps_its_words(tmp_path: Pa
     assert refresh(root) == []
 
 
+def test_a_number_that_rounds_to_zero_has_no_sign() -> None:
+    quoted = Quote(Path(), "{:.0f}, {:.1f}, {:.1f} of {}", (-0.3, -0.04, -0.06, "-"))
+    assert quoted.wanted == "0, 0.0, -0.1 of -"
+
+
 @pytest.mark.parametrize(
     ("text", "numbers", "told"),
     [

@@ -15,7 +15,7 @@ from testbed.benchmarks.estimators.scores import (
 from testbed.report.page import Table, render
 
 TITLES = {
-    "all temperatures": "All runs, 10 to 50 degC",
+    "all temperatures": "All runs, 10 to 50 °C",
     "stand": "Standing, with small steps",
     "walk": "Walking",
     "move": "Swaying and raising the body",
@@ -23,7 +23,7 @@ TITLES = {
     "still": "Standing after a raise, without dither",
     "liar": "Swaying, and one pressure sensor reads 15 % low",
     "dither": "The same, valves dithering by 0.3 mm twice a second",
-    "at the calibration's temperature": "At the temperature of the sensors' calibration, 40 degC",
+    "at the calibration's temperature": "At the temperature of the sensors' calibration, 40 °C",
 }
 
 TARGETS: tuple[tuple[str, str, str, str, float], ...] = (
@@ -34,7 +34,7 @@ TARGETS: tuple[tuple[str, str, str, str, float], ...] = (
         "rmse_n",
         0.01,
     ),
-    ("load while moving, 10 to 50 degC: RMSE", "all temperatures", "moving", "rmse_n", 0.02),
+    ("load while moving, 10 to 50 °C: RMSE", "all temperatures", "moving", "rmse_n", 0.02),
     ("the same: 99th percentile", "all temperatures", "moving", "p99_n", 0.03),
     ("the same: bias", "all temperatures", "moving", "bias_n", 0.003),
     ("across the joint, all times: RMSE", "all temperatures", "tangential_all", "rmse_n", 0.03),
@@ -75,13 +75,13 @@ def table(answer: dict[str, Any], group: str) -> Table:
     """One group of runs: every estimator, N."""
     heads = [
         "load along the vertical joint, N",
-        "moving",
+        "moving, RMS",
         "bias",
-        "p99",
-        "at rest",
-        "90 % holds",
-        "width",
-        "across",
+        "99 % below",
+        "at rest, RMS",
+        "90 % interval holds",
+        "its width",
+        "across, RMS",
     ]
     rows = []
     for name, found in answer["groups"][group].items():
@@ -102,7 +102,7 @@ def table(answer: dict[str, Any], group: str) -> Table:
 
 
 def _n(value: float | None) -> str:
-    return "" if value is None else f"{value:.0f}"
+    return "" if value is None else str(round(value))
 
 
 def _size(value: float | None) -> str:

@@ -21,7 +21,7 @@ from testbed.benchmarks.paper.experiment import (
     Panel,
     Result,
     described,
-    told,
+    evaluated,
 )
 from testbed.errors import InputError
 from testbed.report.page import Table
@@ -71,13 +71,13 @@ def test_every_figure_has_one_criterion_a_claim_and_a_module_that_says_all_it_is
 def test_a_result_is_told_in_the_figures_words_with_its_own_numbers() -> None:
     line = Line(np.zeros(2), np.zeros(2), "A")
     rows = {"parts": [["peak", "2000"]]}
-    made = told("6", Result({"peak": 2415.5}, {"force": [line], "pressures": []}, rows))
+    made = evaluated("6", Result({"peak": 2415.5}, {"force": [line], "pressures": []}, rows))
     (claim,) = made.claims
     assert claim.criterion == "1785 to 2415" and not claim.holds and claim.unit == "N"
     assert made.panels[0].lines == [line] and made.panels[0].y_label == "F [N]"
     assert made.tables[0].rows == rows["parts"]
     with pytest.raises(KeyError):
-        told("6", Result({}, {"force": [], "pressures": []}, rows))
+        evaluated("6", Result({}, {"force": [], "pressures": []}, rows))
 
 
 def test_figures_are_chosen_by_number_or_table_in_the_papers_order() -> None:
