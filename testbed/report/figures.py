@@ -101,7 +101,7 @@ def intervals_held(data: Columns, truth: Columns, events: Events) -> Figure:
         held = 100.0 * (1.0 - float(wrong.mean()))
         ax.set(
             title=f"{leg}, {LEG_NAME[leg]}: truth inside for {held:.0f} % of the time",
-            ylabel="less truth [N]",
+            ylabel="minus truth [N]",
         )
     return over_time(figure, axes, (start, end), events, 3)
 
@@ -230,7 +230,7 @@ def _pulls(ax: Axes, data: Columns, time_s: Array, pulls: Mapping[str, Array]) -
         if read is not None:
             ax.plot(*envelope(data["t"], read / unit), color=colour, lw=0.6, alpha=0.4)
         ax.plot(*course(time_s, pull / unit), color=colour, lw=1.2, label=side)
-    ax.set(title="rope tension, true over read", ylabel=f"[{word}]")
+    ax.set(title="rope tension: truth over load pins", ylabel=f"[{word}]")
     ax.legend(loc="best", ncols=2)
 
 
@@ -307,7 +307,7 @@ def _name_events(ax: Axes, events: Events, start: float, end: float) -> None:
     left_out = places.count(None)
     ax.set_yticks([])
     ax.set_title(
-        "events" + (f", {left_out} of {len(events)} without their word" if left_out else "")
+        "events" + (f" ({left_out} of {len(events)} without room for a label)" if left_out else "")
     )
     ax.grid(visible=False)
 

@@ -123,7 +123,7 @@ def new_figure(
     top_in = 0.24 + 0.19 * legend_rows + (0.06 if legend_rows else 0.0)
     axis_in = (height_in - top_in - 0.46 - 0.36 * (rows - 1)) / rows
     figure.subplots_adjust(
-        left=0.78 / WIDTH_IN,
+        left=0.84 / WIDTH_IN,
         right=1 - 0.16 / WIDTH_IN,
         top=1 - top_in / height_in,
         bottom=0.46 / height_in,
