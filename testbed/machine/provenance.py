@@ -68,7 +68,7 @@ def quantities_of(tree: Mapping[str, Any], path: Path) -> dict[str, Quantity]:
     """The numbers in a tree of groups that was read from `path`. Raises InputError as
     read_quantities.
     """
-    return dict(_leaves(tree, path.name, ""))
+    return dict(_leaves(tree, str(path), ""))
 
 
 def _leaves(node: Mapping[str, Any], file: str, prefix: str) -> Iterator[tuple[str, Quantity]]:
@@ -97,7 +97,7 @@ def _quantity(item: Mapping[str, Any], file: str, path: str) -> Quantity:
             field=path,
             allowed="value, unit, mark, source",
         )
-    check_one_of(item.get("mark"), tuple(MARKS), path, "has no valid mark", file)
+    check_one_of(item.get("mark"), tuple(MARKS), f"{path}.mark", "no such mark", file)
     for word in ("unit", "source"):
         if not (item.get(word) and isinstance(item[word], str)):
             raise InputError(
