@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from testbed.formats.intervals import rounded, unit_name
 from testbed.formats.yaml_files import read_mapping
 
 if TYPE_CHECKING:
@@ -69,26 +69,6 @@ def method_name(method: str) -> str:
 def significant(value: float, digits: int = 4) -> str:
     """A number to so many significant digits; large ones without a power of ten."""
     return f"{float(f'{value:.{digits}g}'):.15g}"
-
-
-SMALL = 1.0e-4
-"""Half of an interval below which numbers are written as powers of ten."""
-
-
-def rounded(value: float, interval: Sequence[float]) -> tuple[str, str, str]:
-    """A number and the ends of its interval, to the second digit of half of that interval."""
-    low, high = interval
-    half = 0.5 * (high - low)
-    if not half >= SMALL or not math.isfinite(half):
-        return f"{value:.3g}", f"{low:.3g}", f"{high:.3g}"
-    decimals = max(1 - math.floor(math.log10(half)), 0)
-    first, second, third = (round(number, decimals) + 0.0 for number in (value, low, high))
-    return f"{first:.{decimals}f}", f"{second:.{decimals}f}", f"{third:.{decimals}f}"
-
-
-def unit_name(unit: str) -> str:
-    """A unit as people read it: powers raised, nothing for a pure number."""
-    return "" if unit == "1" else unit.replace("m2", "m²").replace("m3", "m³")
 
 
 class Table(NamedTuple):

@@ -34,11 +34,12 @@ from testbed.effects.sensor_zero import ZeroA
 from testbed.errors import InputError
 from testbed.estimation.commissioning import Number, Weighed
 from testbed.formats.files import owned, write_text
+from testbed.formats.intervals import rounded, unit_name
 from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
 from testbed.recording.leg_model import Parameter
 from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_robot_model
-from testbed.report.page import Table, render, rounded, unit_name
+from testbed.report.page import Table, render
 from testbed.robot.robot import Robot
 from testbed.workflows.estimate import survey_of
 from testbed.workflows.own_files import check_answer

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-from testbed.diagnosis.leg.findings import summary_rows
+from testbed.diagnosis.leg.findings import numbers_in_words, summary_rows
 from testbed.diagnosis.leg.verdict import Verdict
 from testbed.recording.leg_model import EffectEntry, Parameter
 
@@ -38,7 +38,7 @@ def test_a_name_stands_beside_those_that_it_is_not_distinguished_from() -> None:
     row = _said(verdict, entry)[1]
     assert row == [
         "sensor.gain_a",
-        "gain_error -0.03",
+        "gain_error -0.030 (-0.040 to -0.020)",
         "probability 0.800, not distinguished from declared.bore_m",
     ]
 
@@ -47,3 +47,13 @@ def test_the_valves_edges_are_reported_and_are_no_finding() -> None:
     sizes = {"pa": Parameter(value=1.031, unit="1"), "bt": Parameter(value=0.97, unit="1")}
     row = _said(Verdict("none", None, (((), 0.9),), {}), edges=sizes)[1]  # type: ignore[arg-type]
     assert row == ["valve edges", "PA 1.031, BT 0.970", "flow over the plate's, fitted; no finding"]
+
+
+def test_numbers_have_their_interval_and_unit_and_as_many_digits_as_it_knows() -> None:
+    numbers = {
+        "slope": Parameter(value=0.9012, unit="1", interval90=(0.8133, 0.9891)),
+        "delay": Parameter(value=0.012345, unit="s"),
+        "coefficient": Parameter(value=2.0e-5, unit="m2"),
+    }
+    expected = "slope 0.901 (0.813 to 0.989), delay 0.01235 s, coefficient 2e-05 m²"
+    assert numbers_in_words(numbers) == expected

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from testbed.report.page import rounded, significant, unit_name
+from testbed.formats.intervals import rounded, unit_name
+from testbed.report.page import significant
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from testbed.diagnosis.leg.verification import Errors
 from testbed.effects import by_name
 from testbed.effects.base import MARK
 from testbed.formats.files import make_folder, write_json
+from testbed.formats.intervals import rounded, unit_name
 from testbed.recording.axis import Rig
 from testbed.recording.leg_model import EffectEntry, LegModel, Parameter, write_model
 
@@ -122,12 +123,17 @@ def parameters_json(parameters: Mapping[str, Parameter]) -> dict[str, Any]:
     }
 
 
-def numbers_in_words(entry: EffectEntry) -> str:
-    """`slope 0.9, coefficient 2e-05 m2`."""
-    return ", ".join(
-        f"{name} {parameter.value:.4g} {parameter.unit if parameter.unit != '1' else ''}".strip()
-        for name, parameter in entry.parameters.items()
-    )
+def numbers_in_words(parameters: Mapping[str, Parameter]) -> str:
+    """`slope 0.90 (0.81 to 0.99), delay 0.01 s`: with the 90 % interval where there is one."""
+    return ", ".join(f"{name} {_in_words(number)}" for name, number in parameters.items())
+
+
+def _in_words(number: Parameter) -> str:
+    unit = unit_name(number.unit or "")
+    if number.interval90 is None:
+        return f"{number.value:.4g} {unit}".strip()
+    value, low, high = rounded(number.value, number.interval90)
+    return f"{value} ({low} to {high}) {unit}".strip()
 
 
 def write_models(models: Mapping[str, LegModel], out: Path) -> None:
@@ -164,7 +170,7 @@ def summary_rows(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
         rows.append(
             [
                 entry.name,
-                numbers_in_words(entry),
+                numbers_in_words(entry.parameters),
                 f"{said}, not distinguished from {rivals}" if rivals else said,
             ]
         )

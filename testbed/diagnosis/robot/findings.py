@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from testbed.diagnosis.leg.findings import FORMAT, LEAST_PROBABILITY
+from testbed.diagnosis.leg.findings import FORMAT, LEAST_PROBABILITY, numbers_in_words
 from testbed.diagnosis.robot.diagnose import RobotDiagnosis
 from testbed.diagnosis.robot.groups import FORCES, GROUND, LINE, ROPES
 from testbed.diagnosis.robot.parameters import Found
@@ -113,16 +113,13 @@ def summary_rows(d: RobotDiagnosis) -> tuple[list[str], list[list[str]]]:
     if d.beyond:
         rows.append(["beyond what was tried", "", d.beyond])
     for found in d.found:
-        numbers = ", ".join(
-            f"{k} {p.value:.3g} {p.unit or ''}" for k, p in found.parameters.items()
-        )
         probability = f"probability {d.verdict.probability(found.name):.3f}"
-        rows.append([spoken(found.name), numbers.strip(), probability])
+        rows.append([spoken(found.name), numbers_in_words(found.parameters), probability])
     error = ", ".join(f"{k} {v:.0f}" for k, v in d.errors[FORCES].items())
     rows.append(["equations of motion", error, "missing on the part kept back, N and N m"])
     if d.found and not d.predicts_forces:
         rows.append(["model.yaml", "as before", NOT_BELIEVED])
-    return ["", "value", ""], rows
+    return ["what", "value", "remark"], rows
 
 
 def spoken(name: str) -> str:
