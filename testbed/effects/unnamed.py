@@ -4,6 +4,8 @@ to a cause.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+
 import numpy as np
 
 from testbed.compiled import njit
@@ -21,6 +23,55 @@ SLIDING_M_S = {"2_mm_s": 2e-3, "5_mm_s": 5e-3, "10_mm_s": 1e-2, "20_mm_s": 2e-2}
 """Speeds by which friction has turned over, as hyperbolic tangents."""
 STOPS_M = {"100_um": 1e-4, "300_um": 3e-4, "1_mm": 1e-3, "3_mm": 3e-3, "10_mm": 1e-2}
 """Travels after a turn in which friction has turned over, as elastic stops."""
+
+
+EDGES: Mapping[str, tuple[str, str]] = {
+    "pressure_a_pa": ("lowest_pressure_a_pa", "highest_pressure_a_pa"),
+    "pressure_b_pa": ("lowest_pressure_b_pa", "highest_pressure_b_pa"),
+    "oil_temperature_degc": ("coldest_degc", "warmest_degc"),
+    "position_m": ("lowest_position_m", "highest_position_m"),
+    "velocity_m_s": ("fastest_back_m_s", "fastest_out_m_s"),
+}
+"""Channel -> parameters between which a correction knows it: beyond, its terms stay as they are at
+the edge."""
+NO_EDGE = 1e12
+"""Farther out than any channel goes, in its unit."""
+_UNITS = {"_pa": "Pa", "_degc": "degC", "_m_s": "m/s", "_m": "m"}
+
+
+def edge_unit(edge: str) -> str:
+    """The unit that the name of an edge ends in."""
+    return next(unit for ending, unit in _UNITS.items() if edge.endswith(ending))
+
+
+def edges_of(seen: Iterable[Signals]) -> dict[str, float]:
+    """Parameter of an edge -> the lowest or highest value of its channel in these signals."""
+    found: dict[str, float] = {}
+    for signals in seen:
+        for channel, (low, high) in EDGES.items():
+            values = getattr(signals, channel)
+            if values is not None:
+                found[low] = min(found.get(low, NO_EDGE), float(np.min(values)))
+                found[high] = max(found.get(high, -NO_EDGE), float(np.max(values)))
+    return found
+
+
+def within(signals: Signals, edges: Mapping[str, float]) -> Signals:
+    """The signals with every channel held between its edges."""
+    held = {}
+    for channel, (low, high) in EDGES.items():
+        values = getattr(signals, channel)
+        if values is not None and (low in edges or high in edges):
+            held[channel] = np.clip(values, edges.get(low, -NO_EDGE), edges.get(high, NO_EDGE))
+    return signals.with_(**held)
+
+
+def correction_terms(signals: Signals, edges: Mapping[str, float]) -> dict[str, Array]:
+    """All terms, each of shape (n,) and of order one, held at the edges; how far a stop is bent is
+    told by the whole travel.
+    """
+    held = within(signals, edges)
+    return basis(held) | friction_shapes(held, signals.position_m)
 
 
 def basis(signals: Signals) -> dict[str, Array]:
@@ -67,8 +118,8 @@ def rested(speed_m_s: Array, period_s: float) -> Array:
     return out
 
 
-def friction_shapes(signals: Signals) -> dict[str, Array]:
-    """Scaled terms of a friction that turns over gradually, with speed or with travel; each of
+def friction_shapes(signals: Signals, travel_m: Array) -> dict[str, Array]:
+    """Scaled terms of a friction that turns over gradually, with speed or with travel (n,); each of
     shape (n,), order one.
 
     With a pressure each stands twice: as it is, and times the pressure of A, which presses a seal
@@ -76,7 +127,7 @@ def friction_shapes(signals: Signals) -> dict[str, Array]:
     """
     velocity = signals.velocity_m_s
     shapes = {f"sliding_{name}": np.tanh(velocity / speed) for name, speed in SLIDING_M_S.items()}
-    shapes |= {f"stop_{name}": stop(signals.position_m, way) for name, way in STOPS_M.items()}
+    shapes |= {f"stop_{name}": stop(travel_m, way) for name, way in STOPS_M.items()}
     terms = shapes | {"velocity": velocity / 0.1, "speed": np.abs(velocity) / 0.1}
     if signals.pressure_a_pa is not None:
         scaled = signals.pressure_a_pa / 1e7
@@ -128,16 +179,29 @@ class Unnamed(Effect):
     parameters = tuple(
         ParameterSpec(shape, "N", -1e6, 1e6, (-500.0, 500.0), "weight of the term", 0.0)
         for shape in (*NAMES, *FRICTION_SHAPES)
+    ) + tuple(
+        ParameterSpec(
+            edge,
+            edge_unit(edge),
+            -NO_EDGE,
+            NO_EDGE,
+            (-NO_EDGE, NO_EDGE),
+            "what the correction knows ends here",
+            (-NO_EDGE, NO_EDGE)[side],
+        )
+        for edges in EDGES.values()
+        for side, edge in enumerate(edges)
     )
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The sum of the terms that are used; the others need not even have their channel."""
-        used = {name: value for name, value in values.items() if value}
+        edges = {edge: values[edge] for pair in EDGES.values() for edge in pair if edge in values}
+        used = {name: value for name, value in values.items() if value and name not in edges}
         terms.force_n = terms.force_n - used.pop("bias", 0.0)
         if used:
-            columns = basis(signals)
+            columns = basis(held := within(signals, edges))
             if not used.keys() <= columns.keys():
-                columns |= friction_shapes(signals)
+                columns |= friction_shapes(held, signals.position_m)
             for name in (shape for shape in used if shape in columns):
                 terms.force_n = terms.force_n - used[name] * columns[name]
 

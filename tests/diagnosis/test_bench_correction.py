@@ -11,10 +11,11 @@ from synthetic_bench import bench
 
 from testbed.benchmarks.diagnosis.measured_rigs import estimate_error
 from testbed.diagnosis.leg.base_models import declared
-from testbed.diagnosis.leg.bench_correction import bench_correction
+from testbed.diagnosis.leg.bench_correction import _Left, _levels_n, bench_correction
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import series_of
-from testbed.effects.unnamed import stop
+from testbed.effects.terms import ForceTerms
+from testbed.effects.unnamed import UNNAMED, edges_of, stop
 from testbed.estimation.friction.identification import identify_rig
 from testbed.recording.axis import Recording, Rig
 from testbed.recording.leg_model import LegModel
@@ -90,3 +91,53 @@ def test_an_elastic_stop_stretches_with_the_travel_and_no_further() -> None:
     there_and_back = np.concatenate([np.linspace(0.0, 4.0, 9), np.linspace(3.5, 0.0, 8)])
     assert stop(there_and_back, 1.0)[:4] == pytest.approx([0.0, 0.5, 1.0, 1.0])
     assert stop(there_and_back, 1.0)[9:14] == pytest.approx([0.5, 0.0, -0.5, -1.0, -1.0])
+
+
+def test_beyond_what_it_was_fitted_on_a_correction_stays_as_at_the_edge() -> None:
+    (signals,) = (one.signals for one in series_of(_rig(_gradual_friction_n).identify[:1]))
+    assert signals.pressure_a_pa is not None
+    edges = edges_of([signals])
+    weights = {"direction_pressure_a": 7.0, "pressure_sliding_5_mm_s": -40.0, "velocity": 30.0}
+    values = UNNAMED.complete(weights | edges)
+
+    def force_n(pressure_pa: np.ndarray, speed: float) -> np.ndarray:
+        terms = ForceTerms(mass_kg=0.0, weight_mass_kg=0.0)
+        moved = signals.with_(
+            pressure_a_pa=pressure_pa, velocity_m_s=speed * np.sign(signals.velocity_m_s)
+        )
+        UNNAMED.force(moved, terms, values)
+        return np.asarray(terms.force_n)
+
+    highest = np.full_like(signals.pressure_a_pa, edges["highest_pressure_a_pa"])
+    fastest = min(edges["fastest_out_m_s"], -edges["fastest_back_m_s"])
+    at_edge, inside = force_n(highest, fastest), force_n(0.9 * highest, 0.5 * fastest)
+    both_ways = fastest * np.sign(signals.velocity_m_s)
+    assert np.ptp(both_ways) > 0.0 and not np.allclose(at_edge, inside)
+    assert force_n(3.0 * highest, fastest) == pytest.approx(at_edge)
+
+
+def test_a_trend_of_friction_with_the_pressure_counts_beyond_what_repeats_differ_by() -> None:
+    pressure = np.array([0.1, 0.3, 0.7])
+    of_terms = np.column_stack([np.ones(3), pressure])
+
+    def levels(trend_n: float) -> np.ndarray:
+        runs = [_run_of_level(trend_n * (value - pressure.mean())) for value in pressure]
+        return _levels_n(runs, of_terms)
+
+    assert levels(10.0) == pytest.approx(0.0, abs=1e-9)  # 4 N between runs of 50 N of friction
+    assert levels(200.0) == pytest.approx(200.0 * (pressure - pressure.mean()), rel=0.02)
+
+
+def _run_of_level(level_n: float) -> _Left:
+    extends = np.arange(10) < 5
+    residual = level_n * np.where(extends, 1.0, -1.0)
+    return _Left("run", residual, np.zeros((10, 2)), extends, 50.0, (0, 1))
+
+
+@pytest.mark.slow
+def test_a_channel_that_one_run_lacks_is_left_out() -> None:
+    first, *rest = _rig(_gradual_friction_n).identify
+    warm = replace(first, oil_temperature_degc=np.full(len(first), 30.0))
+    corrected, _ = _corrected(Rig("bench", first.folder, (warm, *rest), ()))
+    assert corrected is not None
+    assert not {"warmth", "direction_warmth"} & set(corrected.effects[0].parameters)

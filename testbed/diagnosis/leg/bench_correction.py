@@ -1,15 +1,21 @@
 """What a bench or a drive shows beyond its identified model and beyond every name, as a correction
 without a cause.
 
-Linear in its weights, and fitted to what `identify` leaves about the mean of each run: a bench's
-zero wanders from run to run, so its level is left to `identify`. How much the weights are shrunk is
-what predicts runs left out best. A correction that carries over to other runs may still fail on
-other motions: there is one only where it helps every run left out, and all of them together much.
+Linear in its weights, and fitted to what `identify` leaves of each run about its means out and
+back: a bench's zero wanders from run to run, and so does the level of its friction
+(run_variation.WANDER). What is learnt so is the course of the friction along a stroke. Its level is
+left to `identify`, or goes straight with the runs' pressures, by as much as the runs differ by more
+than repeats of one run do. Beyond the pressures, speeds, places and temperatures that it was fitted
+on, a correction stays as it is at their edge.
+
+How much the weights are shrunk is what predicts runs left out best. A correction that carries over
+to other runs may still fail on other motions: there is one only where it helps every run left out,
+and all of them together much.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,33 +23,79 @@ import numpy.typing as npt
 
 from testbed.diagnosis.leg.leave_one_out import RunErrors, Runs, overall, worst_ratio
 from testbed.diagnosis.leg.problem import Problem
+from testbed.diagnosis.leg.run_variation import WANDER, dry_friction_n
 from testbed.diagnosis.leg.series import Series
-from testbed.effects.unnamed import UNNAMED, basis, friction_shapes
+from testbed.effects.unnamed import UNNAMED, correction_terms, edge_unit, edges_of
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import EffectEntry, LegModel, Parameter
 
 Array = npt.NDArray[np.float64]
 RIDGES = (1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
 """Weight of the squared weights of terms of unit size, relative to the mean squared residual's."""
-BETTER, MUCH = 0.97, 0.8
+BETTER, MUCH, MUCH_OF_COURSE = 0.97, 0.8, 0.95
 """Shares of `identify`'s error to which every run left out, and all of them together, must come
-down. Chosen on measured seals, one drive, and simulated drives with other laws and other motions.
-"""
+down; the last where the level stays that of `identify`. The first two chosen on measured seals, one
+drive, and simulated drives with other laws and other motions, the last on 24 simulated seals."""
 LEVELS = ("bias", "pressure_a", "pressure_a_2", "pressure_b", "pressure_b_2")
 """Generic terms that say nothing within a run of one pressure."""
+LEVEL_TERMS = ("sliding_2_mm_s", "pressure_sliding_2_mm_s")
+"""Terms that bring a correction to its level: friction, and friction that grows with pressure."""
+ALIKE = 1e-3
+"""Pressures of runs that differ by less than this share say nothing of a trend."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Left:
-    """What a model leaves of one run: residual (bins,) N, and the terms' columns (bins, terms)."""
+    """What a model leaves of one run: residual (bins,) N, the terms' columns (bins, terms), which
+    bins extend, the mean dry friction, N, and which terms bring a correction to its level.
+    """
 
     run: str
     residual_n: Array
     columns: Array
+    extends: npt.NDArray[np.bool_]
+    friction_n: float
+    level_terms: tuple[int, ...]
 
     def error_n(self, weights: Array, bias: float) -> float:
         """Root mean square with these weights of the terms, and this constant."""
         return float(np.sqrt(np.mean((self.residual_n - bias - self.columns @ weights) ** 2)))
+
+    @property
+    def goes_both_ways(self) -> bool:
+        """Whether it tells friction from a constant."""
+        return bool(self.extends.any() and not self.extends.all())
+
+    def level(self, values: Array) -> Array:
+        """Half of what values (bins, ..) differ by, out and back: (..)."""
+        out, back = values[self.extends], values[~self.extends]
+        return np.asarray(0.5 * (out.mean(axis=0) - back.mean(axis=0)), dtype=np.float64)
+
+    def course(self, values: Array) -> Array:
+        """Values (bins, ..) about their means out and back."""
+        left = values.copy()
+        for way in (self.extends, ~self.extends):
+            if way.any():
+                left[way] -= left[way].mean(axis=0)
+        return left
+
+
+@dataclass(frozen=True)
+class _Form:
+    """How a correction is fitted: how much it is shrunk, and whether its level goes with the
+    pressure or is left to `identify`.
+    """
+
+    ridge: float
+    with_level: bool
+
+    @property
+    def much(self) -> float:
+        """To what share of `identify`'s error it must bring that of all runs left out."""
+        return MUCH if self.with_level else MUCH_OF_COURSE
+
+
+FORMS = tuple(_Form(ridge, with_level) for with_level in (True, False) for ridge in RIDGES)
 
 
 def bench_correction(
@@ -53,66 +105,121 @@ def bench_correction(
     not fitted on.
     """
     runs = Runs.of(problem, recordings)
-    folds = _folds(runs)
-    none = np.zeros(len(_terms(runs.series[0])))
+    names = _names(runs.series)
+    folds = _folds(runs, names)
+    none = np.zeros(len(names))
     before = {test.run: test.error_n(none, 0.0) for _, test in folds}
-    best, ridge = np.inf, None
-    for option in RIDGES:
+    best, form = np.inf, None
+    for option in FORMS:
         after = {test.run: test.error_n(*_weights(others, option)) for others, test in folds}
-        if overall(after) < best and _carries_over(after, before):
-            best, ridge = overall(after), option
-    if ridge is None:
+        if overall(after) < best and _carries_over(after, before, option):
+            best, form = overall(after), option
+    if form is None:
         return None
-    weights, bias = _weights(_left(runs.series, identified, problem), ridge)
-    found = dict(zip(_terms(runs.series[0]), weights, strict=True)) | {"bias": bias}
+    edges = edges_of(series.signals for series in runs.series)
+    weights, bias = _weights(_left(runs.series, identified, problem, names, edges), form)
+    found = dict(zip(names, weights, strict=True)) | {"bias": bias}
     parameters = {name: Parameter(value=float(weight), unit="N") for name, weight in found.items()}
+    for name, value in edges.items():
+        parameters[name] = Parameter(value=value, unit=edge_unit(name))
     # What goes along the stroke is in shares of the one that it was fitted with.
     known = identified.known.model_copy(update={"stroke_m": problem.base.known.stroke_m})
     entry = EffectEntry(name=UNNAMED.kind, parameters=parameters)
     return identified.model_copy(update={"known": known, "effects": (entry,)})
 
 
-def _carries_over(after: RunErrors, before: RunErrors) -> bool:
-    return worst_ratio(after, before) < BETTER and overall(after) < MUCH * overall(before)
+def _carries_over(after: RunErrors, before: RunErrors, form: _Form) -> bool:
+    return worst_ratio(after, before) < BETTER and overall(after) < form.much * overall(before)
 
 
-def _terms(series: Series) -> dict[str, Array]:
-    generic = {name: value for name, value in basis(series.signals).items() if name not in LEVELS}
-    return generic | friction_shapes(series.signals)
+def _names(series: Sequence[Series]) -> tuple[str, ...]:
+    """The terms that every run has the channels of."""
+    of_runs = [correction_terms(one.signals, {}) for one in series]
+    return tuple(
+        name
+        for name in of_runs[0]
+        if name not in LEVELS and all(name in terms for terms in of_runs)
+    )
 
 
-def _left(series: Sequence[Series], model: LegModel, problem: Problem) -> list[_Left]:
+def _left(
+    series: Sequence[Series],
+    model: LegModel,
+    problem: Problem,
+    names: Sequence[str],
+    edges: Mapping[str, float],
+) -> list[_Left]:
+    """What a model leaves of runs, with the terms of these names held at the edges."""
+    level_terms = tuple(names.index(name) for name in LEVEL_TERMS if name in names)
     out = []
-    for s in series:
-        judged = Problem((s,), problem.base, problem.with_flow)
+    for one in series:
+        judged = Problem((one,), problem.base, problem.with_flow)
         counted = judged.layout["force"].count > 0
-        mask = s.trusted & s.clear
-        columns = [s.binned(values, mask)[0][counted] for values in _terms(s).values()]
+        mask = one.trusted & one.clear
+        terms = correction_terms(one.signals, edges)
+        columns = [one.binned(terms[name], mask)[0][counted] for name in names]
         residual_n = judged.force(model, ())[counted] / judged.as_read(model, ())
-        out.append(_Left(s.name, residual_n, np.column_stack(columns)))
-    return [left for left in out if left.residual_n.size]
+        if residual_n.size:
+            velocity = one.binned(one.signals.velocity_m_s, mask)[0][counted]
+            friction = np.abs(dry_friction_n(one, model.friction).sum(axis=1))[counted].mean()
+            extends = np.asarray(velocity > 0.0, dtype=np.bool_)
+            stacked = np.column_stack(columns)
+            out.append(_Left(one.name, residual_n, stacked, extends, float(friction), level_terms))
+    return out
 
 
-def _folds(runs: Runs) -> list[tuple[list[_Left], _Left]]:
+def _folds(runs: Runs, names: Sequence[str]) -> list[tuple[list[_Left], _Left]]:
     """For each run: (what the model identified on the others leaves of these, and of this one)."""
     out = []
     for index, test in enumerate(runs.series):
         model = runs.identified_without(index)
-        found = _left((test,), model, runs.problem)
-        others = _left((*runs.series[:index], *runs.series[index + 1 :]), model, runs.problem)
+        rest = (*runs.series[:index], *runs.series[index + 1 :])
+        edges = edges_of(series.signals for series in rest)
+        found = _left((test,), model, runs.problem, names, edges)
+        others = _left(rest, model, runs.problem, names, edges)
         if found and others:
             out.append((others, found[0]))
     return out
 
 
-def _weights(left: Sequence[_Left], ridge: float) -> tuple[Array, float]:
+def _weights(left: Sequence[_Left], form: _Form) -> tuple[Array, float]:
     """(weights of the terms, constant that keeps the mean of all), N: ridge regression about each
-    run's mean.
+    run's means out and back, then brought to its level.
     """
     columns = np.vstack([run.columns - run.columns.mean(axis=0) for run in left])
-    residual = np.concatenate([run.residual_n - run.residual_n.mean() for run in left])
     size = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-12)
-    unit = columns / size
-    normal = unit.T @ unit / len(unit) + ridge * np.eye(len(size))
+    unit = np.vstack([run.course(run.columns) for run in left]) / size
+    residual = np.concatenate([run.course(run.residual_n) for run in left])
+    normal = unit.T @ unit / len(unit) + form.ridge * np.eye(len(size))
     weights = np.linalg.solve(normal, unit.T @ residual / len(unit)) / size
+    both = [run for run in left if run.goes_both_ways]
+    if both:
+        terms = list(both[0].level_terms)
+        of_terms = np.array([run.level(run.columns) for run in both])
+        wanted = _levels_n(both, of_terms[:, terms]) if form.with_level else np.zeros(len(both))
+        missing = wanted - of_terms @ weights
+        weights[terms] += np.linalg.lstsq(of_terms[:, terms], missing, rcond=ALIKE)[0]
     return weights, -float(np.mean(np.vstack([run.columns for run in left]) @ weights))
+
+
+def _levels_n(runs: Sequence[_Left], of_terms: Array) -> Array:
+    """Level that a correction is given in each run, N, (runs,): the mean of what is left, and of
+    its straight trend with the pressure what is more than friction's wander from run to run makes.
+
+    The trend's share that is kept, 1 - sd^2 / trend^2, is that of James and Stein (1961).
+    `of_terms`: levels of LEVEL_TERMS, (runs, 1 or 2), the second one's over the first one's being
+    the pressure.
+    """
+    seen = np.array([float(run.level(run.residual_n)) for run in runs])
+    levels = np.full(len(runs), seen.mean())
+    if of_terms.shape[1] < len(LEVEL_TERMS):
+        return levels
+    pressure = of_terms[:, 1] / of_terms[:, 0]
+    about = pressure - pressure.mean()
+    spread = float(about @ about)
+    if spread <= (ALIKE * pressure.mean()) ** 2:
+        return levels
+    trend = float(about @ seen) / spread
+    wander_n = WANDER * float(np.mean([run.friction_n for run in runs]))
+    kept = max(0.0, 1.0 - wander_n**2 / max(trend**2 * spread, 1e-12))
+    return np.asarray(levels + kept * trend * about, dtype=np.float64)
