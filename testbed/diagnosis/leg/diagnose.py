@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 from testbed.diagnosis.leg.acceptance import Proof, proven
 from testbed.diagnosis.leg.amplitude import with_amplitudes
@@ -13,7 +14,7 @@ from testbed.diagnosis.leg.companions import companions
 from testbed.diagnosis.leg.entries import entries_of, memory_of
 from testbed.diagnosis.leg.findings import Diagnosis
 from testbed.diagnosis.leg.generic import correction
-from testbed.diagnosis.leg.leave_one_out import worst_ratio
+from testbed.diagnosis.leg.leave_one_out import RunErrors, Runs, worst_ratio
 from testbed.diagnosis.leg.prediction import block_covariance
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.search import Progress, Search, search
@@ -120,8 +121,8 @@ def _after(
 
     effect: the published model with the named effects. unnamed: with a generic correction, if it
     improves recordings it was not fitted on; else the refit, or on a bench the identified model,
-    which an unnamed effect distorts less. none: the refit, or on a bench whichever of the two
-    predicts left-out recordings better.
+    which an unnamed effect distorts less. none: the refit, or on a bench the identified model,
+    unless the refit predicts every left-out recording better.
     """
     problem, chosen = state.problem, judged.verdict.chosen
     if judged.verdict.kind == "effect":
@@ -131,7 +132,9 @@ def _after(
         return chosen.fit.model(problem.base).model_copy(update={"effects": entries}), entries
     if judged.proof is not None and not problem.believed:
         if judged.verdict.kind == "none":
-            return models[nothing_lacking(judged.proof, judged.found.excess)], ()
+            runs = Runs.of(problem, rig.identify)
+            estimates = partial(runs.estimates, state.refit.fit)
+            return models[nothing_lacking(judged.proof, judged.found.excess, estimates)], ()
         return bench_correction(problem, rig.identify, models["identify"]) or models["identify"], ()
     generic = correction(problem, state.refit.fit) if judged.verdict.kind == "unnamed" else None
     if generic is None:
@@ -156,16 +159,20 @@ measured seals with more, left-out runs favoured refits that were up to 45 % wor
 """
 
 
-def nothing_lacking(proof: Proof, excess: float) -> str:
-    """The final model of a bench that lacks nothing: `refit` if it predicts every left-out run
-    better and its residual is small, else `identify`.
+def nothing_lacking(
+    proof: Proof, excess: float, estimates: Callable[[], tuple[RunErrors, RunErrors]]
+) -> str:
+    """The final model of a bench that lacks nothing: `refit` if its residual is small and it
+    predicts every left-out run better, by the bins that are fitted as by the estimated force that a
+    diagnosis is judged by, else `identify`.
 
-    `excess`: residual of the refit over the sensors' floor. On 39 clean rigs of two simulators the
-    choice is as good as the refit (4 % below `identify` in the mean), and at worst 0.1 % worse.
+    `excess`: residual of the refit over the sensors' floor. `estimates`: gives the errors of the
+    runs' estimated force by the refit and as identified (`Runs.estimates`).
     """
     refit, identified = proof.run_errors["refit"], proof.run_errors["identify"]
-    carries_over = worst_ratio(refit, identified) < 1.0 and excess < NEAR_FLOOR
-    return "refit" if carries_over else "identify"
+    if worst_ratio(refit, identified) >= 1.0 or excess >= NEAR_FLOOR:
+        return "identify"
+    return "refit" if worst_ratio(*estimates()) < 1.0 else "identify"
 
 
 def believed(rig: Rig, model: LegModel) -> LegModel:

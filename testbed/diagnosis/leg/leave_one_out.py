@@ -17,9 +17,10 @@ import numpy as np
 from testbed.diagnosis.leg.evidence import of_residual
 from testbed.diagnosis.leg.fit import Fit, solve
 from testbed.diagnosis.leg.noise import given_back
-from testbed.diagnosis.leg.points import restarted
+from testbed.diagnosis.leg.points import Point, restarted
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series, series_of
+from testbed.diagnosis.leg.verification import force_residual, moving, rms
 from testbed.effects.active import Active
 from testbed.estimation.friction.identification import identify
 from testbed.recording.axis import Recording
@@ -66,12 +67,29 @@ class Runs:
         """
         out = {}
         for index, left_out in enumerate(self.series):
-            others = self._problem(*self.series[:index], *self.series[index + 1 :])
-            coordinates = [restarted(coordinate, fit.at) for coordinate in fit.coordinates]
-            at = solve(others, coordinates, fit.at, ITERATIONS).at
+            at = self._fitted_without(index, fit)
             effects = self.problem.believed if as_written else at.effects
-            out[left_out.name] = self._error(left_out, at.model(others.base), effects)
+            out[left_out.name] = self._error(left_out, at.model(self.problem.base), effects)
         return out
+
+    def estimates(self, fit: Fit) -> tuple[RunErrors, RunErrors]:
+        """Every run's error of the estimated force where the piston moves, N, root mean square: by
+        the model that is written of the fit, refitted on the other runs, and by the one that
+        `identify` makes of these. Slow motion beside reversals counts in it, where no fit looks.
+        """
+        by_fit, by_identified = {}, {}
+        for index, (recording, series) in enumerate(zip(self.recordings, self.series, strict=True)):
+            fitted = self._fitted_without(index, fit).model(self.problem.base)
+            by_fit[series.name] = moving_error_n(recording, fitted)
+            identified = self.identified_without(index)
+            by_identified[series.name] = moving_error_n(recording, identified)
+        return by_fit, by_identified
+
+    def _fitted_without(self, run: int, fit: Fit) -> Point:
+        """Where a fit of this form ends on all runs but the k-th."""
+        others = self._problem(*self.series[:run], *self.series[run + 1 :])
+        coordinates = [restarted(coordinate, fit.at) for coordinate in fit.coordinates]
+        return solve(others, coordinates, fit.at, ITERATIONS).at
 
     def identified(self) -> RunErrors:
         """Every run as predicted by the published model that `identify` makes of the other runs."""
@@ -98,6 +116,13 @@ class Runs:
             return next(iter(found.values()))
         counted = residual[judged.layout["force"].count > 0]
         return float(np.sqrt(np.mean(counted**2))) if counted.size else 0.0
+
+
+def moving_error_n(recording: Recording, model: LegModel) -> float:
+    """Error of a model's estimated force where the piston moves, N: what a diagnosis is judged
+    by.
+    """
+    return rms(force_residual(recording, model)[moving(recording, model)])
 
 
 def overall(errors: RunErrors) -> float:
