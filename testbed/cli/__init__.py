@@ -78,6 +78,7 @@ LAB: dict[str, Callable[..., None]] = {
     "robot-close": lab.robot_close,
     "plain-effects": lab.plain_effects,
     "bench-diagnosis": lab.bench_diagnosis,
+    "kept-back-runs": lab.kept_back_runs,
     "quotes": lab.quotes,
     "warning-numbers": lab.warning_numbers,
     "train-detector": lab.train_detector,

@@ -259,6 +259,22 @@ def bench_diagnosis(
     work.show(BenchTest(rigs, first_seed))
 
 
+@spread
+def kept_back_runs(
+    work: Work,
+    folder: Annotated[
+        Path,
+        typer.Argument(metavar="FOLDER", help="Folder of rigs, each with identify/ and verify/."),
+    ],
+) -> None:
+    """Diagnose every rig below a folder once for each of its runs, which is kept back: how the
+    errors there compare with identification alone, and whether repeats are given the same names.
+    """
+    from testbed.benchmarks.diagnosis.kept_back_runs import KeptBackRuns
+
+    work.show(KeptBackRuns(folder))
+
+
 def fit_bench_diagnosis(folders: Folders, out: File = None) -> None:
     """Fit the numbers of the diagnosis of benches and drives to rigs of `testbed lab
     bench-diagnosis`.

@@ -20,13 +20,13 @@ from testbed.benchmarks.estimators.identification_trials import (
 from testbed.diagnosis.leg import acceptance
 from testbed.diagnosis.leg.acceptance import Trial, repeated
 from testbed.diagnosis.leg.base_models import declared, fit_base, usual_effects, within_tolerance
-from testbed.diagnosis.leg.evidence import evidence
+from testbed.diagnosis.leg.evidence import Evidence, evidence
 from testbed.diagnosis.leg.hypotheses import fit_with, promise
 from testbed.diagnosis.leg.indistinguishable import _numbers_for
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.search import Candidate
 from testbed.diagnosis.leg.series import series_of
-from testbed.diagnosis.leg.unexplained import is_as_sound
+from testbed.diagnosis.leg.unexplained import excess_over, is_as_sound
 from testbed.effects import by_name
 from testbed.effects.active import Active
 from testbed.effects.base import Effect
@@ -226,3 +226,12 @@ def test_what_leaves_no_more_than_a_sound_bench_needs_no_name(
     found = Candidate((), fit, evidence(problem, fit))
     assert is_as_sound(problem, found, recordings) == sound
     assert (Trial(True, 1.0, shows=not sound).failed is not None) == sound
+
+
+def test_what_comes_for_moments_counts_by_its_root_mean_square() -> None:
+    key = ("force", "run")
+    moments = Evidence({key: 0.0}, {key: 0.6}, {key: 1.5}, {key: 1.0}, {key: 500})
+    assert excess_over(moments, {key: 1.0}) == pytest.approx(1.5)
+    steady = replace(moments, rms={key: 0.6})
+    assert excess_over(steady, {key: 1.0}) == 1.0
+    assert excess_over(steady, {key: 0.3}) == pytest.approx(2.0)

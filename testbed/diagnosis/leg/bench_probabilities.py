@@ -44,7 +44,8 @@ Names = tuple[str, ...]
 class BenchSigns:
     """What a verdict on a bench rests on.
 
-    `excess`: force residual over what a sound bench leaves, mean of the recordings' logarithms;
+    `excess`: force residual, by its scale or its root mean square, over what a sound bench leaves,
+    mean of the recordings' logarithms;
     `memory`: its correlation time, bins; `closed`: logarithm of the error of runs left out, by
     `identify` over with the names that are left, 0 where none is;
     `generic_gain`, `generic_fall`: what generic terms add to them, where friction may differ from

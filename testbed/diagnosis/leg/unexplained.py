@@ -65,9 +65,17 @@ def _mean_excess(excess: Mapping[Key, float]) -> float:
 
 
 def excess_over(found: Evidence, floors: Mapping[Key, float]) -> float:
-    """Geometric mean of an evidence's scales over the sensors' floors, each group at least 1."""
-    known = {name: floor for name, floor in floors.items() if name in found.scale}
-    return _mean_excess({name: found.scale[name] / floor for name, floor in known.items()})
+    """Geometric mean of what an evidence leaves over the sensors' floors, each group at least 1.
+
+    What is left counts by the larger of its scale and its root mean square: a force that comes for
+    moments, as after each reversal, is in few bins and hardly moves the scale. Of 23 sound benches
+    and drives of two simulators no recording's root mean square is over 0.83 of what it may be, of
+    nine whose friction is of bristles of many stiffnesses the largest is 1.2 and more.
+    """
+    known = [name for name in floors if name in found.scale]
+    return _mean_excess(
+        {name: max(found.scale[name], found.rms[name]) / floors[name] for name in known}
+    )
 
 
 def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
