@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
-from testbed.diagnosis.leg.acceptance import Proof, proven
+from testbed.diagnosis.leg.acceptance import WORSE, Proof, proven
 from testbed.diagnosis.leg.amplitude import with_amplitudes
 from testbed.diagnosis.leg.base_models import declared, fit_base, not_declared
 from testbed.diagnosis.leg.bench_correction import bench_correction
@@ -14,7 +14,7 @@ from testbed.diagnosis.leg.companions import companions
 from testbed.diagnosis.leg.entries import entries_of, memory_of
 from testbed.diagnosis.leg.findings import Diagnosis
 from testbed.diagnosis.leg.generic import correction
-from testbed.diagnosis.leg.leave_one_out import RunErrors, Runs, worst_ratio
+from testbed.diagnosis.leg.leave_one_out import RunErrors, Runs, overall, worst_ratio
 from testbed.diagnosis.leg.prediction import block_covariance
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.search import Progress, Search, search
@@ -122,7 +122,7 @@ def _after(
     effect: the published model with the named effects. unnamed: with a generic correction, if it
     improves recordings it was not fitted on; else the refit, or on a bench the identified model,
     which an unnamed effect distorts less. none: the refit, or on a bench the identified model,
-    unless the refit predicts every left-out recording better.
+    unless the refit predicts left-out recordings better.
     """
     problem, chosen = state.problem, judged.verdict.chosen
     if judged.verdict.kind == "effect":
@@ -163,16 +163,20 @@ def nothing_lacking(
     proof: Proof, excess: float, estimates: Callable[[], tuple[RunErrors, RunErrors]]
 ) -> str:
     """The final model of a bench that lacks nothing: `refit` if its residual is small and it
-    predicts every left-out run better, by the bins that are fitted as by the estimated force that a
+    predicts left-out runs better, by the bins that are fitted as by the estimated force that a
     diagnosis is judged by, else `identify`.
 
     `excess`: residual of the refit over the sensors' floor. `estimates`: gives the errors of the
     runs' estimated force by the refit and as identified (`Runs.estimates`).
     """
-    refit, identified = proof.run_errors["refit"], proof.run_errors["identify"]
-    if worst_ratio(refit, identified) >= 1.0 or excess >= NEAR_FLOOR:
-        return "identify"
-    return "refit" if worst_ratio(*estimates()) < 1.0 else "identify"
+    by_bins = proof.run_errors["refit"], proof.run_errors["identify"]
+    carries_over = excess < NEAR_FLOOR and _better(*by_bins) and _better(*estimates())
+    return "refit" if carries_over else "identify"
+
+
+def _better(errors: RunErrors, against: RunErrors) -> bool:
+    """Better over all runs, and on none of them worse by more than is promised."""
+    return overall(errors) < overall(against) and worst_ratio(errors, against) <= WORSE
 
 
 def believed(rig: Rig, model: LegModel) -> LegModel:
