@@ -80,11 +80,16 @@ class Trial:
             return f"error of recordings left out: {self.run_error:.2f} of what it is without it"
         return None
 
+    @property
+    def too_small(self) -> bool:
+        """Whether nothing but its size speaks against it."""
+        return not self.shows and replace(self, shows=True).failed is None
+
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """The set that is left, `won` by share of draws, why others are not said, and the errors of
-    runs left out.
+    """The set that is left, `won` by share of draws, why others are not said, which of these only
+    because a sound bench may leave as much, and the errors of runs left out.
 
     `run_errors`: `identify`, `refit` as it is written, `after` -> run -> N.
     """
@@ -94,6 +99,7 @@ class Proof:
     refused: Mapping[str, str] = field(default_factory=dict)
     repeated: Mapping[str, float] = field(default_factory=dict)
     run_errors: Mapping[str, RunErrors] = field(default_factory=dict)
+    too_small: tuple[str, ...] = ()
 
 
 def proven(state: Search, recordings: tuple[Recording, ...]) -> Proof:
@@ -101,7 +107,7 @@ def proven(state: Search, recordings: tuple[Recording, ...]) -> Proof:
     runs = Runs.of(state.problem, recordings)
     errors = _RunErrors(state, runs)
     identified, refit = runs.identified(), runs.errors(state.refit.fit, as_written=True)
-    kept, refused = _told(state, state.best or state.refit), {}
+    kept, refused, too_small = _told(state, state.best or state.refit), {}, []
     won = wins(state)
     while kept.names:
         trials = {name: trial(state, kept, name, won) for name in kept.names}
@@ -131,6 +137,8 @@ def proven(state: Search, recordings: tuple[Recording, ...]) -> Proof:
             break
         out = min(failed, key=lambda name: trials[name].repeated)
         refused[out] = reasons[out]
+        if trials[out].too_small and worst_ratio(errors.of(kept), identified) <= WORSE:
+            too_small.append(out)
         kept = _told(state, without(state, kept, out))
     return Proof(
         kept,
@@ -138,6 +146,7 @@ def proven(state: Search, recordings: tuple[Recording, ...]) -> Proof:
         refused,
         {name: repeated(state, kept, name, won) for name in kept.names},
         {"identify": identified, "refit": refit, "after": errors.of(kept)},
+        tuple(too_small),
     )
 
 

@@ -38,6 +38,9 @@ from testbed.diagnosis.leg.unexplained import Unexplained, excess_over
 
 FILE = Path(__file__).with_name("bench_calibration.yaml")
 Names = tuple[str, ...]
+SMALL = 0.4
+"""Share of `none` that goes to a name against which nothing but its size speaks (E): less than
+half, as no more is left without it than a sound bench leaves."""
 
 
 @dataclass(frozen=True)
@@ -182,4 +185,17 @@ def distribution(
     if kept in out and kept:
         whole = out[kept] / (1.0 + sum(belief for _, belief in signs.exchanged))
         out |= {kept: whole} | {names: whole * belief for names, belief in signs.exchanged}
+    return out
+
+
+def with_small(weights: Mapping[Names, float], too_small: Names) -> dict[Names, float]:
+    """The weights with a share of what `none` has given to the first name that passed every trial
+    but that of its size: a sound bench may leave as much, and the name explains it all the same.
+    """
+    out = dict(weights)
+    if too_small and () in out:
+        name = too_small[:1]
+        given = SMALL * out[()]
+        out[()] -= given
+        out[name] = out.get(name, 0.0) + given
     return out

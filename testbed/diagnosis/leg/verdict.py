@@ -255,6 +255,7 @@ def decide_on_bench(
     """
     features = bench.signs(state, proof, found, max(goes_with.values(), default=0.0))
     weights = bench.distribution(features, proof.kept.names, bench.calibration())
+    weights = bench.with_small(weights, proof.too_small)
     verdict = verdict_of(state, doubted(state.tried, weights))
     if verdict.kind != "effect":
         return replace(verdict, goes_with=goes_with if verdict.kind == "unnamed" else {})
