@@ -15,6 +15,7 @@ from testbed.benchmarks.diagnosis.bench_rigs import make_bench
 from testbed.benchmarks.diagnosis.bench_trials import fit, left_out, right, trial
 from testbed.diagnosis.leg.acceptance import Trial
 from testbed.diagnosis.leg.base_models import declared, fit_base
+from testbed.diagnosis.leg.bench_probabilities import with_small
 from testbed.diagnosis.leg.companions import companions
 from testbed.diagnosis.leg.diagnose import diagnose, nothing_lacking
 from testbed.diagnosis.leg.findings import as_json
@@ -306,3 +307,15 @@ def test_a_bench_that_lacks_nothing_keeps_the_model_that_predicts_runs_left_out_
 
     assert nothing_lacking(judged, 1.2, of_force) == left  # type: ignore[arg-type]
     assert nothing_lacking(judged, 12.0, of_force) == "identify"  # type: ignore[arg-type]
+
+
+def test_a_name_against_which_only_its_size_speaks_keeps_a_share_of_none() -> None:
+    weights = {("unnamed",): 0.1, (): 0.9}
+    assert with_small(weights, ()) == weights
+    shared = with_small(weights, ("inertia.mass", "force.spring"))
+    assert shared[("inertia.mass",)] == pytest.approx(0.36) and max(shared, key=shared.get) == ()  # type: ignore[arg-type]
+    assert sum(shared.values()) == pytest.approx(1.0)
+    assert Trial(True, 1.0, run_error=0.5, shows=False).too_small
+    assert not Trial(True, 1.0, run_error=0.99, shows=False).too_small
+    assert not Trial(False, 1.0, run_error=0.5, shows=False).too_small
+    assert not Trial(True, 1.0, run_error=0.5).too_small
