@@ -47,6 +47,7 @@ EXAMPLES: dict[str, str] = {
     "robot-close": "lab robot-close --runs 10 --out close",
     "plain-effects": "lab plain-effects --effect robot.payload --out plain",
     "bench-diagnosis": "lab bench-diagnosis --out benches",
+    "kept-back-runs": "lab kept-back-runs measured --out kept_back",
     "quotes": "lab quotes",
     "warning-numbers": "lab warning-numbers contact",
     "train-detector": "lab train-detector contact --out weights.npz",
