@@ -89,7 +89,7 @@ def test_a_short_run_is_scored_and_written(tmp_path: Path) -> None:
     page = (tmp_path / "estimators.html").read_text()
     assert (
         own in page
-        and "All runs, 10 to 50 degC" in page
+        and "All runs, 10 to 50 °C" in page
         and f'<tr class="best"><td>{WHOLE}</td>' in page
     )
 
