@@ -128,7 +128,7 @@ def _stretches(way_m: Array, pull_n: Array, scale: Scale) -> list[tuple[int, int
         last, slope = first + LEAST_BINS, 0.0
         for end in range(first + LEAST_BINS, len(way_m) + 1):
             way, pull = way_m[first:end], pull_n[first:end]
-            rise = float(np.polyfit(way, pull, 1)[0]) if np.ptp(way) > 0.0 else 0.0
+            rise = _slope(way, pull)
             off = float(np.std(pull - rise * way))
             if rise <= 0.0 or off > STRAIGHT_SHARE * np.ptp(pull) + STRAIGHT_N * scale.times("N"):
                 break
@@ -138,3 +138,10 @@ def _stretches(way_m: Array, pull_n: Array, scale: Scale) -> list[tuple[int, int
             out.append((first, last - first, slope))
         first = last - 1 if slope > 0.0 else first + 1
     return out
+
+
+def _slope(way_m: Array, pull_n: Array) -> float:
+    """Of the straight line through pulls (n,) over ways (n,), N/m; 0 where the way is one."""
+    about = way_m - way_m.mean()
+    spread = float(about @ about)
+    return float(about @ pull_n) / spread if spread > 0.0 else 0.0
