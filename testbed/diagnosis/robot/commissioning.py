@@ -1,5 +1,4 @@
-"""The robot weighs and calibrates itself from recordings of its commissioning programme,
-measurements alone.
+"""The robot weighs and calibrates itself from what its commissioning programme recorded.
 
 The balances are those of the diagnosis (`balance.py`): six of the body, three of every foot in the
 air. All that a machine may differ by within its workshop's tolerances (`forces.tolerated`) is a
