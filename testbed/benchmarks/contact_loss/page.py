@@ -126,6 +126,7 @@ def curves(result: Tree) -> Any:
         delay.set_ylabel("median delay of what is detected [ms]")
         recall.set_ylabel("detected losses [%]")
         figure.subplots_adjust(left=0.07, right=0.99, top=0.78, bottom=0.13, wspace=0.2)
-        figure.legend(loc="upper left", ncols=5, bbox_to_anchor=(0.03, 1.0), fontsize=8)
+        if recall.lines:
+            figure.legend(loc="upper left", ncols=5, bbox_to_anchor=(0.03, 1.0), fontsize=8)
         number_powers(figure)
         return figure
