@@ -15,6 +15,7 @@ from testbed.diagnosis.robot.hauling import ROPE_M, Hauling, hauling_of
 from testbed.diagnosis.robot.oil import Oil, oil_of
 from testbed.diagnosis.robot.supply import RETURNED, RETURNED_SD, Supply, supply_of
 from testbed.machine.build import build_machine
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES
 from testbed.robot.robot import Robot
 
@@ -51,6 +52,12 @@ def believed(command: Array, supply_pa: Array | float, hauling: Hauling | None =
     """The supply's group of such a recording."""
     oils, bins, frame, body = still(command, supply_pa)
     return supply_of(oils, bins, frame, body.machine, hauling or Hauling.none(bins.count))
+
+
+def giving(body: Robot, full_flow_m3_s: float) -> Machine:
+    """The robot's machine with a pump that gives so much at most."""
+    unit = body.machine.power_unit.model_copy(update={"full_flow_m3_s": full_flow_m3_s})
+    return body.machine.model_copy(update={"power_unit": unit})
 
 
 def test_a_load_sensing_pump_stands_its_margin_above_the_load_behind_an_open_port() -> None:
@@ -91,9 +98,7 @@ def test_a_weak_pump_stands_where_open_valves_take_no_more_than_it_gives(gives: 
     pressure = LOAD_PA + 0.3e6
     oils, bins, frame, body = still(np.full(750, 0.6), pressure)
     drawn = believed(np.full(750, 0.6), pressure).drawn_m3_s.mean()
-    weak = {"full_flow_m3_s": float(drawn) / gives}
-    unit = body.machine.power_unit.model_copy(update=weak)
-    machine = body.machine.model_copy(update={"power_unit": unit})
+    machine = giving(body, float(drawn) / gives)
     supply = supply_of(oils, bins, frame, machine, Hauling.none(bins.count))
     sound = 0.3e6 / gives**2  # the drop at which the same valves take all that a sound pump gives
     assert supply.missing == pytest.approx(sound - 0.3e6, rel=0.1)
@@ -104,10 +109,9 @@ def test_a_sound_pump_that_is_asked_for_all_it_gives_stands_where_valves_take_no
     pressure = LOAD_PA + 0.3e6
     oils, bins, frame, body = still(np.full(750, 0.6), pressure)
     drawn = believed(np.full(750, 0.6), pressure).drawn_m3_s.mean()
-    unit = body.machine.power_unit.model_copy(update={"full_flow_m3_s": float(drawn)})
-    machine = body.machine.model_copy(update={"power_unit": unit})
+    machine = giving(body, float(drawn))
     supply = supply_of(oils, bins, frame, machine, Hauling.none(bins.count))
-    assert unit.load_sensing_margin_pa > 0.8e6
+    assert machine.power_unit.load_sensing_margin_pa > 0.8e6
     assert supply.missing == pytest.approx(0.0, abs=0.02e6)
 
 
@@ -127,8 +131,7 @@ def test_a_droop_takes_nothing_from_valves_that_take_all_that_the_pump_gives() -
     pressure = LOAD_PA + 0.3e6
     oils, bins, frame, body = still(np.full(750, 0.6), pressure)
     drawn = believed(np.full(750, 0.6), pressure).drawn_m3_s.mean()
-    unit = body.machine.power_unit.model_copy(update={"full_flow_m3_s": float(drawn)})
-    machine = body.machine.model_copy(update={"power_unit": unit})
+    machine = giving(body, float(drawn))
     scarce, ample = (
         supply_of(oils, bins, frame, m, Hauling.none(bins.count)).by_droop
         for m in (machine, body.machine)
@@ -182,8 +185,7 @@ def test_a_pump_that_devices_on_their_way_back_may_ask_for_all_it_gives_is_not_k
     drawn = float(believed(np.full(750, 0.6), pressure).drawn_m3_s.mean())
 
     def unsure(full_flow_m3_s: float, tension: Bins) -> Array:
-        unit = body.machine.power_unit.model_copy(update={"full_flow_m3_s": full_flow_m3_s})
-        machine = body.machine.model_copy(update={"power_unit": unit})
+        machine = giving(body, full_flow_m3_s)
         hauling = hauling_of(tension, body, ROPES)
         found = supply_of(oils, bins, frame, machine, hauling)
         return np.sqrt(np.diag(found.noise))
@@ -206,8 +208,7 @@ def test_devices_that_go_back_as_often_as_is_taken_are_no_weak_pump(share: float
     drawn = float(believed(np.full(750, 0.6), pressure).drawn_m3_s.mean())
 
     def found(full_flow_m3_s: float) -> Supply:
-        unit = body.machine.power_unit.model_copy(update={"full_flow_m3_s": full_flow_m3_s})
-        machine = body.machine.model_copy(update={"power_unit": unit})
+        machine = giving(body, full_flow_m3_s)
         hauling = hauling_of(jumped(bins, 1.0), body, ROPES)
         return supply_of(oils, bins, frame, machine, hauling)
 
