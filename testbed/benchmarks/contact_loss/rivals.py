@@ -35,8 +35,8 @@ IN_CLASS = (
 
 def published(result: Tree) -> Tree:
     """What contact_loss.json holds: of all detectors their marks and by load class the few that
-    count, of the best one its losses by kind; after commissioning those COMPARED alone; no curves,
-    which the page draws.
+    count, of those COMPARED their losses by kind; after commissioning these alone; no curves, which
+    the page draws.
     """
     found = result | {
         "detectors": [_published(entry) for entry in result["detectors"]],
@@ -51,7 +51,7 @@ def published(result: Tree) -> Tree:
 
 def _published(entry: Tree) -> Tree:
     left_out = {"curve", "trade", "by_class", "at_floor_budget"} | (
-        set() if entry["best"] else {"by"}
+        set() if entry["name"] in COMPARED else {"by"}
     )
     found = {word: value for word, value in entry.items() if word not in left_out}
     budget = entry["at_floor_budget"]
