@@ -21,7 +21,7 @@ from testbed.diagnosis.robot.motion_noise import (
     swings,
     taken_by_stops,
 )
-from testbed.diagnosis.robot.noise_levels import left_by, level_of
+from testbed.diagnosis.robot.noise_levels import OUTLYING, left_by, level_of, outlying
 from testbed.diagnosis.robot.piston_positions import PLAY_S, lies_in_play, played, rounded, swept
 from testbed.diagnosis.robot.tolerances import middle
 from testbed.effects.force_cushion import BEYOND_M, Cushion
@@ -108,6 +108,18 @@ def test_a_recording_says_itself_how_noisy_it_is_and_when() -> None:
     noise = flat.levelled(level).noise
     assert np.diag(noise) == pytest.approx(1.0 + level) and noise[0, 1] == 0.0
     assert level_of("line x", flat, missing) == pytest.approx(1.0)
+
+
+def test_an_instant_that_misses_far_more_than_its_neighbours_counts_for_less() -> None:
+    """Rows of one bin have its variance in common, whatever order they are in."""
+    time_s = STEP_S * np.repeat(np.arange(40.0), 6)
+    left = np.random.default_rng(3).normal(size=len(time_s))
+    left[time_s == time_s[60]] = 10.0
+    found = outlying(time_s, left)
+    assert found[60:66] == pytest.approx(100.0 / OUTLYING)
+    assert np.mean(found[:60]) < 1.2
+    order = np.argsort(left)
+    assert outlying(time_s[order], left[order]) == pytest.approx(found[order])
 
 
 def test_side_friction_grows_along_the_stroke_as_declared() -> None:

@@ -55,7 +55,8 @@ def test_a_pull_that_falls_says_nothing_for_a_device_may_haul() -> None:
 def test_ropes_as_declared_miss_nothing_and_half_as_stiff_ones_half() -> None:
     stiffness = np.full(FEWEST, SEEMS)
     for factor in (1.0, 0.5):
-        held = HeldRopes(np.arange(float(FEWEST)), factor * stiffness)
+        lasts = np.ones(FEWEST, dtype=bool)
+        held = HeldRopes(np.arange(float(FEWEST)), factor * stiffness, lasts)
         group = held.group()
         linear = by_name("rope.stiffness").to_linear({"factor": factor})
         made = group.rows_of(Change(ropes=linear["more"]))
@@ -63,22 +64,32 @@ def test_ropes_as_declared_miss_nothing_and_half_as_stiff_ones_half() -> None:
 
 
 def test_a_single_stretch_may_be_a_device_that_is_too_slow() -> None:
-    assert not HeldRopes(np.zeros(1), np.full(1, 0.4)).shown
+    assert not HeldRopes(np.zeros(1), np.full(1, 0.4), np.ones(1, dtype=bool)).shown
     assert not HeldRopes.none().shown
 
 
 @pytest.mark.parametrize("moved", [0.2, 4.5])
 def test_what_a_device_pays_out_or_hauls_in_is_not_told_of_the_rope(moved: float) -> None:
     rope, device = [0.9, 1.0, 0.95], [moved, 1.4 * moved]
-    assert _agreeing(np.array([*rope, *device]), np.ones(5)).tolist() == [True] * 3 + [False] * 2
+    lasts = np.ones(5, dtype=bool)
+    assert _agreeing(np.array([*rope, *device]), lasts).tolist() == [True] * 3 + [False] * 2
 
 
 @pytest.mark.parametrize("moved", [0.2, 4.5])
 def test_two_devices_that_do_alike_for_moments_do_not_outvote_a_rope_that_is_held(
     moved: float,
 ) -> None:
-    stiffness, lasts_s = np.array([1.0, 1.05, moved, 1.1 * moved]), np.array([1.6, 2.0, 0.6, 0.8])
-    assert _agreeing(stiffness, lasts_s).tolist() == [True, True, False, False]
+    stiffness = np.array([1.0, moved, 1.1 * moved, 0.9 * moved])
+    lasts = np.array([True, False, False, False])
+    assert _agreeing(stiffness, lasts).tolist() == [True, False, False, False]
+
+
+def test_stretches_that_end_too_soon_to_be_a_clamp_say_nothing_alone() -> None:
+    time_s, stiffness = np.arange(3.0), np.array([2.1, 1.7, 1.3])
+    assert not HeldRopes(time_s, stiffness, np.zeros(3, dtype=bool)).shown
+    held = HeldRopes(time_s, stiffness, np.array([False, True, False]))
+    noise = np.diag(held.group().noise)
+    assert held.shown and noise[1] < 0.25 * noise[0]
 
 
 def test_no_clamp_holds_a_rope_for_longer_than_its_device_needs_to_go_back() -> None:
@@ -89,4 +100,5 @@ def test_no_clamp_holds_a_rope_for_longer_than_its_device_needs_to_go_back() -> 
 
 
 def test_of_two_that_disagree_the_stiffer_one_counts() -> None:
-    assert _agreeing(np.array([0.9, 0.3]), np.ones(2)).tolist() == [True, False]
+    lasts = np.ones(2, dtype=bool)
+    assert _agreeing(np.array([0.9, 0.3]), lasts).tolist() == [True, False]
