@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 
 from testbed import resources
 from testbed.errors import InputError
-from testbed.formats.files import Lines, owned, plain, write_json, write_text
+from testbed.formats.files import Lines, owned, plain, resumable, write_json, write_text
 from testbed.report.console import counting_progress
 from testbed.report.page import Table, markdown
 from testbed.simulation.workers import Workers, work_through
@@ -170,7 +170,7 @@ def run(benchmark: Benchmark[Any], out: Path, jobs: int = 1) -> Any:
     Raises InputError where `out` cannot be written or another process is at work in it, before any
     work is done.
     """
-    with owned(out):
+    with owned(out), resumable(out):
         benchmark = benchmark.prepared(out, jobs)
         result = benchmark.summarise(answers(benchmark, jobs, out))
         write(benchmark, result, out)

@@ -135,8 +135,9 @@ def main() -> None:
     try:
         with user_code():
             status = _command()(arguments, prog_name="testbed", standalone_mode=False)
-    except (KeyboardInterrupt, typer.Abort):
-        print("testbed: interrupted", file=sys.stderr)
+    except (KeyboardInterrupt, typer.Abort) as stop:
+        told = stop.args or getattr(stop.__cause__, "args", ())  # typer's own hides what was said
+        print("; ".join(["testbed: interrupted", *map(str, told)]), file=sys.stderr)
         status = INTERRUPTED
     except BrokenPipeError:  # the reader of a pipe has seen enough
         sys.stdout = None

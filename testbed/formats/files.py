@@ -276,6 +276,17 @@ def owned(folder: str | Path, field: str | None = "--out") -> Iterator[Path]:
             os.close(handle)  # and with it the lock
 
 
+@contextmanager
+def resumable(folder: Path) -> Iterator[None]:
+    """A Ctrl-C in the block goes on as one that says that the same command goes on in `folder`."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        raise KeyboardInterrupt(
+            f"{folder} holds what is done; the same command goes on from there"
+        ) from stop
+
+
 def _lock(handle: int, folder: Path, field: str | None) -> None:
     import fcntl
 

@@ -12,7 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from testbed.errors import InputError, SimulationFault
-from testbed.formats.files import OccupiedError, make_folder, owned, write_json, write_text
+from testbed.formats.files import (
+    OccupiedError,
+    make_folder,
+    owned,
+    resumable,
+    write_json,
+    write_text,
+)
 from testbed.formats.yaml_files import flattened
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.sweep import Sweep, SweepRun
@@ -98,16 +105,17 @@ def run_sweep(
         if summary_of(folder / run.name) is None
     ]
     done = len(runs[share.number - 1 :: share.count]) - len(todo)
-    try:
-        if progress is not None:
-            progress(done)
-        for _ in work_through(make_run, todo, workers, bool):
-            done += 1
+    with resumable(out):
+        try:
             if progress is not None:
                 progress(done)
-    finally:
-        results = collect(runs, folder)
-        write_results(results, out)
+            for _ in work_through(make_run, todo, workers, bool):
+                done += 1
+                if progress is not None:
+                    progress(done)
+        finally:
+            results = collect(runs, folder)
+            write_results(results, out)
     return results
 
 

@@ -349,7 +349,7 @@ def test_two_interrupts_at_once_end_a_sweep_that_keeps_what_is_done(tmp_path: Pa
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
     assert process.returncode == 130, told
-    assert "testbed: interrupted" in told
+    assert f"testbed: interrupted; {out} holds what is done" in told
     assert {name for name in (short, *long) if summary_of(out / "runs" / name) is not None} == {
         short
     }
