@@ -123,7 +123,11 @@ def test_that_names_were_wrong_at_times_does_not_speak_for_what_no_name_covers(
 
 
 def test_a_name_that_lapses_leave_too_unlikely_against_a_sound_machine_is_not_said() -> None:
-    assert leading({(): 0.72, (LEFT,): 0.22, NO_NAME: 0.06}, 0.2) == ()
+    sound, lapse = 0.72, 0.2
+    said = 0.95 * WORTH_A_LOOK * sound  # enough before the lapses took their share
+    weights = {(): sound, (LEFT,): said, NO_NAME: 1.0 - sound - said}
+    assert leading(weights, lapse) == ()
+    assert said / (1.0 - lapse) > WORTH_A_LOOK * sound
 
 
 def test_what_an_earlier_recording_shows_leaves_a_share_of_the_tolerances() -> None:

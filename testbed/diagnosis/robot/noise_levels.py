@@ -40,8 +40,9 @@ LEAST, MOST = 0.3, 10.0
 OUTLYING = 1.5
 """A bin of the forces that leaves more than so much of the variance about it is weighed by what it
 leaves: where seals turn round or a foot slips, a tenth of a second misses what no noise that lasts
-explains, and may have an effect's shape (B: of 30 sound machines with most evidence that took 25 to
-75 % from the seven that were given a name or nearly so, and 7 % at most from 14 effects in others).
+explains, and may have an effect's shape (B: chosen on eight sound machines and effects; over 272
+runs it takes 40 to 80 % of their evidence from three of the four sound ones that had most of it in
+forces, and 6 % or less from nine in ten of 82 effects).
 """
 
 
