@@ -57,7 +57,7 @@ def test_a_motion_unlike_those_that_were_fitted_counts_as_all_of_them() -> None:
 
 
 def test_evidence_counts_from_what_sound_machines_reach_in_the_same_motion() -> None:
-    numbers = {**calibration(), "sound": {SWAY: {}, WALK: {"friction.presliding@radial": 10.0}}}
+    numbers = {**calibration(), "sound": {SWAY: {}, WALK: {"friction.presliding@radial": 12.0}}}
 
     def of(*motions: str) -> float:
         signs = RobotSigns(((PRESLIDING, 18.0),), motions=motions)
