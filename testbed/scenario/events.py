@@ -102,6 +102,10 @@ class LiftFoot(Checked):
     """how far the foot is lifted [m]"""
     duration_s: float = Field(default=2.0, gt=0)
     """from lift-off to touch-down [s]"""
+    reach_share: float = Field(default=0.0, ge=0, le=1)
+    """how far the leg goes meanwhile to either end of its radial and rotation ranges, and as high
+    again as it is lifted, by the way there [1]
+    """
 
 
 class SetSupply(Checked):

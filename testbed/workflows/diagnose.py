@@ -8,6 +8,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -265,8 +266,8 @@ def suggest_motion(
     from testbed.diagnosis.robot.hypotheses import Ledger
     from testbed.diagnosis.robot.motions import (
         instead_of_a_motion,
-        motion_named,
-        motions,
+        made,
+        motions_for,
         parted_sets,
         parting,
         promises,
@@ -276,27 +277,29 @@ def suggest_motion(
     from testbed.scenario.scenario import load_scenario
 
     two, parted = rivals(found.verdict.hypotheses), parted_sets(found)
-    if two is None or parted is None:
+    if two is None:
         return None
     stood = run / "scenario.yaml"
     if not stood.is_file():
         raise InputError(
             "is not there: a motion is suggested as a change of it", file=stood, field="--suggest"
         )
-    rehearsed = {}
-    for motion in motions():
+    ways, rehearsed = {}, {}
+    for motion in motions_for(parted):
         tell(f"rehearsing: {motion.text}")
         with suppress(InputError):  # from here it cannot make this one
-            rehearsed[motion.name] = _rehearsal(stood, motion.overrides())
+            way, balances = made(motion, partial(_rehearsal, stood))
+            ways[way.name], rehearsed[way.name] = way, balances
     promised = promises(Ledger(found.balances), parted, rehearsed)
     if not promised:
         raise InputError("no motion of the catalogue can be made from here", field="--suggest")
     sets_and_gains = {"parts": [list(names) for names in two], "promised": promised}
     if not parting(promised):
-        instead = instead_of_a_motion(parted)
+        one, other, *_ = parted
+        instead = instead_of_a_motion((one, other))
         tell(instead)
         return {**sets_and_gains, "motion": None, "text": instead}
-    best = motion_named(parting(promised)[0])
+    best = ways[parting(promised)[0]]
     said = [f"description={json.dumps(best.text)}", *NOTHING_EXPECTED]
     scenario = load_scenario(stood, [*best.overrides(), *said], duration=SECONDS)
     write_text(file, yaml_text(json.loads(scenario.model_dump_json(exclude_defaults=True))))

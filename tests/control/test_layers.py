@@ -15,6 +15,7 @@ from testbed.control.gait import Command, Layer, Measured, SetPoints
 from testbed.control.gaits.standing import Hold
 from testbed.control.layers import LEARN_S, KeepMast, Supervisor, Trim
 from testbed.errors import InputError
+from testbed.machine.names import RADIAL, ROTATION, VERTICAL
 from testbed.robot.model import rotation_from_attitude
 from testbed.robot.rope_bearings import SurveyedRopes
 from testbed.scenario.events import LiftFoot, SetRope
@@ -22,6 +23,8 @@ from testbed.scenario.scenario import load_scenario
 
 STEEP = load_scenario("stand_slope_45", ["terrain.slope_deg=75"])
 START = np.tile([0.0, 0.05, 0.25], 4)
+LIMITS = np.tile([[-0.4, 0.5], [0.0, 0.4], [0.0, 0.5]], (4, 1))
+"""(12, 2) m or rad."""
 FEET = shipped_robot().legs.feet(START)
 
 
@@ -89,9 +92,28 @@ def test_a_mast_that_stands_as_it_should_orders_the_same_again() -> None:
 
 def test_a_foot_that_is_lifted_twice_carries_in_between_and_not_while_it_is_up() -> None:
     lifts = tuple(LiftFoot(kind="lift_foot", at_s=at, leg="fl") for at in (2.0, 10.0))
-    gait, now = Hold(START, None, lifts), Measured.of()
+    gait, now = Hold(START, None, lifts, LIMITS), Measured.of()
     carries = [bool(gait.command(t, 0.01, now).stance[0]) for t in (1.0, 3.0, 6.0, 11.0, 13.0)]
     assert carries == [True, False, True, False, True]
+
+
+def test_a_lifted_leg_goes_to_the_ends_of_its_ranges_and_comes_back() -> None:
+    lift = LiftFoot(
+        kind="lift_foot", at_s=1.0, leg="fr", height_m=0.05, duration_s=12.0, reach_share=0.8
+    )
+    gait, now = Hold(START, None, (lift,), LIMITS), Measured.of()
+    went = np.array([gait.command(t, 0.01, now).joints for t in np.arange(0.0, 14.0, 0.01)])
+    fr = slice(3, 6)
+    assert np.array_equal(
+        np.delete(went, np.r_[fr], axis=1), np.tile(np.delete(START, fr), (1400, 1))
+    )
+    to_ends = START[:, None] + 0.8 * (LIMITS - START[:, None])
+    for joint in (ROTATION[1], RADIAL[1]):
+        assert went[:, joint].min() == pytest.approx(to_ends[joint, 0], rel=0.01)
+        assert went[:, joint].max() == pytest.approx(to_ends[joint, 1], rel=0.01)
+    lowest = went[:, VERTICAL[1]].min()
+    assert lowest == pytest.approx(START[VERTICAL[1]] - 1.8 * 0.05, rel=0.01)
+    assert went[-1] == pytest.approx(START) and np.abs(np.diff(went, axis=0)).max() < 0.01
 
 
 @pytest.mark.parametrize("duration_s", [0.004, 0.2, 0.3, 1.0])
@@ -100,7 +122,7 @@ def test_a_rope_is_paid_out_by_the_length_that_the_event_says(
     at_s: float, duration_s: float
 ) -> None:
     event = SetRope(kind="set_rope", at_s=at_s, rope="right", pay_out_m=0.04, duration_s=duration_s)
-    gait, now = Hold(START, None, (event,)), Measured.of()
+    gait, now = Hold(START, None, (event,), LIMITS), Measured.of()
     rates = [gait.command(0.01 * k, 0.01, now).rope_rates_m_s for k in range(200)]
     assert 0.01 * np.sum(rates, axis=0) == pytest.approx([0.0, 0.04], rel=1e-9)
 

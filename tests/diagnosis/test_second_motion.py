@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,23 +13,28 @@ import numpy as np
 import pytest
 
 from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.expected_evidence import counted, gap_of
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
 from testbed.diagnosis.robot.motions import (
     CLOSE,
     instead_of_a_motion,
+    made,
     motion_named,
     motions,
+    motions_for,
+    parted_sets,
     parting,
     promises,
     rivals,
 )
-from testbed.diagnosis.robot.probabilities import RobotSigns
+from testbed.diagnosis.robot.probabilities import NO_NAME, RobotSigns
+from testbed.diagnosis.robot.second_effects import explained, shown_by_both
 from testbed.diagnosis.robot.two_recordings import APART_S, Changes, together
 from testbed.effects import by_name
 from testbed.effects.signature import Change
 from testbed.errors import InputError
-from testbed.machine.names import AXES
+from testbed.machine.names import AXES, LEGS
 from testbed.resources import folder
 from testbed.scenario.scenario import load_scenario
 from testbed.workflows import diagnose
@@ -35,6 +42,7 @@ from tests.diagnosis.test_robot_signatures import balanced, recorded
 
 LEFT, RIGHT = "sensor.gain_a@fl_vertical", "sensor.gain_a@fr_vertical"
 ROWS = 20
+TWO = {(LEFT,): 0.5, (RIGHT,): 0.4}
 HIGHER = recorded()["position_fl_vertical"] + 0.1
 
 
@@ -60,6 +68,12 @@ def recording(
     groups = {"forces": raw.whitened({n: c.signature for n, c in found.items()})}
     nobody: Any = None
     return Balances(nobody, nobody, {"forces": raw}, groups, found)
+
+
+UNKNOWN = 3.0
+"""What is alike in all rows of a machine, one standard deviation."""
+SOUND = recording(np.zeros(ROWS), np.zeros(ROWS), np.zeros(ROWS), UNKNOWN).raw["forces"]
+"""An earlier one of the machine, when it was sound."""
 
 
 def course(seed: int) -> np.ndarray:
@@ -143,7 +157,7 @@ def test_the_motion_that_shows_the_difference_promises_most() -> None:
         "parts": recording(course(2), course(3), np.zeros(ROWS)),
         "does not": recording(alike, 1.001 * alike, np.zeros(ROWS)),
     }
-    promised = promises(first, ((LEFT,), (RIGHT,)), rehearsals)
+    promised = promises(first, TWO, rehearsals)
     assert promised["parts"] > 20.0 > 1.0 > promised["does not"]
     assert parting(promised) == ["parts"]
 
@@ -151,7 +165,34 @@ def test_the_motion_that_shows_the_difference_promises_most() -> None:
 def test_an_effect_is_parted_from_a_sound_machine() -> None:
     first = Ledger(recording(course(1), course(2), 0.1 * course(1)))
     rehearsals = {"shows": recording(course(3), course(4), np.zeros(ROWS))}
-    assert promises(first, ((LEFT,), ()), rehearsals)["shows"] > 20.0
+    assert promises(first, {(LEFT,): 0.5, (): 0.4}, rehearsals)["shows"] > 20.0
+
+
+def test_a_motion_is_chosen_for_all_that_are_likely() -> None:
+    """One that parts the likeliest two alone is worth less than one that parts all."""
+    alike = course(1)
+    first = Ledger(recording(alike, alike, 0.1 * alike))
+    rehearsals = {
+        "parts the two": recording(alike, course(3), np.zeros(ROWS)),
+        "parts all": recording(alike + course(2), course(3), np.zeros(ROWS)),
+    }
+    three = {(LEFT,): 0.4, (RIGHT,): 0.3, (LEFT, RIGHT): 0.2}
+    promised = promises(first, three, rehearsals)
+    assert promised["parts all"] > promised["parts the two"] > 0.0
+
+
+def test_what_an_earlier_recording_tells_of_the_machine_counts_in_the_promise() -> None:
+    """A constant that a workshop leaves unknown hides a gain; an earlier recording shows it."""
+    alike = np.full(ROWS, 30.0)
+    again = {"again": recording(alike, course(2), np.zeros(ROWS), UNKNOWN)}
+    alone = recording(alike, course(2), 0.1 * alike, UNKNOWN)
+    raw = {"forces": alone.raw["forces"].knowing(SOUND)}
+    groups = {
+        "forces": raw["forces"].whitened({n: c.signature for n, c in alone.candidates.items()})
+    }
+    beside = replace(alone, raw=raw, groups=groups, sound={"forces": SOUND})
+    promised = [promises(Ledger(one), {(LEFT,): 0.5, (): 0.4}, again) for one in (alone, beside)]
+    assert promised[1]["again"] > promised[0]["again"] + 1.0
 
 
 def test_a_promise_is_what_both_recordings_would_say_together() -> None:
@@ -161,7 +202,7 @@ def test_a_promise_is_what_both_recordings_would_say_together() -> None:
     alike, own = course(1), course(2)
     first = Ledger(recording(alike, alike, 0.1 * alike))
     rehearsals = {"twice": recording(own, 2.0 * own, np.zeros(ROWS))}
-    promised = promises(first, ((LEFT,), (RIGHT,)), rehearsals)["twice"]
+    promised = promises(first, TWO, rehearsals)["twice"]
     left, right = (first.hypothesis((name,)).mean[0] for name in (LEFT, RIGHT))
     second = {LEFT: left * own, RIGHT: right * 2.0 * own}
     gaps = []
@@ -171,7 +212,9 @@ def test_a_promise_is_what_both_recordings_would_say_together() -> None:
         )
         one, other = (both.hypothesis((name,)).log_factor for name in (true, false))
         gaps.append(one - other)
-    assert promised == pytest.approx(np.mean(gaps), rel=1e-6) and promised > 10.0
+    counts = np.mean([counted(gap) for gap in gaps])
+    assert promised == pytest.approx(gap_of(float(counts)), rel=1e-6) and promised > 10.0
+    assert gap_of(counted(-7.0)) == pytest.approx(-7.0) and counted(50.0) < 5.0 * counted(10.0)
 
 
 def test_where_no_motion_parts_two_it_is_said_what_would() -> None:
@@ -188,6 +231,71 @@ def test_sets_that_are_close_are_rivals() -> None:
     close: Any = (((LEFT,), 0.5), ((RIGHT,), 0.4), ((), 0.1))
     clear: Any = (((LEFT,), 0.41 + CLOSE), ((), 0.4))
     assert rivals(close) == ((LEFT,), (RIGHT,)) and rivals(clear) is None
+
+
+def test_beside_the_likeliest_two_the_next_ones_are_to_be_parted_too() -> None:
+    def said(*hypotheses: Any) -> Any:
+        verdict = SimpleNamespace(hypotheses=hypotheses)
+        return SimpleNamespace(verdict=verdict, signs=RobotSigns(()))
+
+    left, right, both = (LEFT,), (RIGHT,), (LEFT, RIGHT)
+    more = ((both, 0.1), (NO_NAME, 0.08), ((), 0.06), (("other",), 0.02))
+    parted = parted_sets(said((left, 0.5), (right, 0.3), *more))
+    assert list(parted.items()) == [(left, 0.5), (right, 0.3), (both, 0.1), ((), 0.06)]
+    assert parted_sets(said((left, 0.9), (right, 0.1))) == {}
+
+
+def test_a_motion_of_one_leg_is_for_effects_of_that_leg() -> None:
+    def names(*parted: Any) -> set[str]:
+        return {motion.name for motion in motions_for(parted)}
+
+    of_leg = {f"swing_{leg}" for leg in LEGS}
+    assert names((LEFT,), ()) & of_leg == {"swing_fl"}
+    assert names((LEFT,), (RIGHT,)) & of_leg == {"swing_fl", "swing_fr"}
+    assert not names(("robot.payload@body",), ()) & of_leg
+    assert of_leg < {motion.name for motion in motions()}
+
+
+def test_a_sway_goes_as_far_as_the_legs_reach() -> None:
+    tried: list[float] = []
+
+    def make(overrides: list[str]) -> float:
+        task = json.loads(overrides[0].removeprefix("task="))
+        tried.append(task.get("amplitude_m", [0.0, 1.0])[1])
+        if tried[-1] > 0.14:
+            raise InputError("asks a cylinder beyond its range")
+        return tried[-1]
+
+    way, reached = made(motion_named("side_sway"), make)
+    assert tried == [0.18, 0.153, 0.126] and reached == way.task["amplitude_m"][1] == 0.126
+    with pytest.raises(InputError, match="beyond its range"):
+        made(motion_named("lift_feet"), make)
+
+
+def test_a_second_effect_counts_where_both_recordings_show_it() -> None:
+    left, right, nothing = course(1), course(2), np.zeros(ROWS)
+    body: Any = object()
+
+    def evidence(second: float) -> tuple[float, float]:
+        """Of the left gain alone and of both, where the right one is there by so much."""
+        first = recording(left, right, 0.1 * left + 0.1 * right)
+        again = recording(right, left, 0.1 * right + second * left)
+        both = replace(together(first, again), second=body)
+        ledger = Ledger(both)
+        tried = [ledger.hypothesis(names) for names in ((LEFT,), (RIGHT,), (LEFT, RIGHT))]
+        found = {one.names: one.log_factor for one in shown_by_both(ledger, tried)}
+        return max(found[(LEFT,)], found[(RIGHT,)]), found[(LEFT, RIGHT)]
+
+    single, pair = evidence(0.1)
+    assert pair > single + 20.0
+    single, pair = evidence(0.0)
+    assert pair <= single
+    alone = Ledger(recording(left, right, 0.1 * left + 0.1 * right))
+    tried = [alone.hypothesis((LEFT,)), alone.hypothesis((LEFT, RIGHT))]
+    assert shown_by_both(alone, tried) == tried
+    one_shows = together(recording(left, nothing, left), recording(left, nothing, nothing))
+    raised = explained(one_shows, Ledger(one_shows).hypothesis((LEFT,)))
+    assert raised[0] > 20.0 and raised[1] < 0.0
 
 
 def test_every_motion_of_the_catalogue_is_one_that_a_standing_robot_can_make() -> None:

@@ -44,6 +44,8 @@ the cosine.
 """
 AGAIN, BEFORE = 5000, 10_000
 """Seeds of second recordings are so much higher, and those of recordings made before."""
+AS_BELIEVED = ("undeclared=[]", 'machine={"draw": null}')
+"""The machine as the robot believes it to be."""
 PHASES = (
     {"kind": "push", "duration_s": 3.5, "feed_n": 3000},
     {"kind": "hammer", "duration_s": 5.5, "feed_n": 5000, "blow_hz": 30, "blow_n": 1500},
@@ -78,6 +80,11 @@ class Drawn:
     def again(self, overrides: Sequence[str]) -> Scenario:
         """Where it stands, the same machine moved otherwise; the seed of noise is another."""
         return self._loaded("stand", overrides, AGAIN)
+
+    def rehearsed(self, overrides: Sequence[str]) -> Scenario:
+        """Where it stands, the machine as it is believed moved otherwise."""
+        believed = replace(self, hidden=(), overrides=(*self.overrides, *AS_BELIEVED))
+        return believed._loaded("stand", overrides, -self.seed)
 
     def before(self) -> Iterator[Scenario]:
         """The same machine at the same place while nothing was hidden in it yet: it walks, or

@@ -4,10 +4,9 @@ and what believing it does on another motion of the same machine.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
 from itertools import combinations
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from testbed.benchmarks.diagnosis.robot_draws import MOTIONS, SECONDS, Drawn, drawn
+from testbed.benchmarks.diagnosis.robot_draws import MOTIONS, Drawn, drawn
 from testbed.benchmarks.diagnosis.robot_recordings import Run, run_of
 from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.effects import by_name
@@ -24,12 +23,12 @@ from testbed.errors import InputError
 from testbed.formats.arrays import Array
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.scenario.scenario import load_scenario
 
 if TYPE_CHECKING:
     from testbed.diagnosis.robot.diagnose import RobotDiagnosis
     from testbed.diagnosis.robot.groups import Balances
     from testbed.diagnosis.robot.hypotheses import Ledger
+    from testbed.diagnosis.robot.probabilities import Names
     from testbed.recording.robot_model import RobotModelFile
     from testbed.robot.robot import Robot
 
@@ -174,6 +173,7 @@ def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> di
     from testbed.diagnosis.robot.findings import as_json
     from testbed.diagnosis.robot.hypotheses import Ledger
     from testbed.diagnosis.robot.motions import (
+        made,
         motion_named,
         parted_sets,
         parting,
@@ -183,14 +183,15 @@ def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> di
     from testbed.diagnosis.robot.two_recordings import together
 
     two, parted = rivals(found.verdict.hypotheses), parted_sets(found)
-    if two is None or parted is None:
+    if two is None:
         return {}
-    promised = promises(Ledger(found.balances), parted, rehearsals(asked.recordings))
+    promised = promises(Ledger(found.balances), parted, rehearsals(case, parted, asked))
     motion, balances = NO_MOTION, found.balances
     for chosen in parting(promised):
         with suppress(InputError):  # steep ground refuses some: then the next best
-            again = case.again(motion_named(chosen).overrides())
-            second = balances_in(run_of(again, asked.recordings), before)
+            ways = motion_named(chosen)
+            run = made(ways, lambda told: run_of(case.again(told), asked.recordings))[1]
+            second = balances_in(run, before)
             motion, balances = chosen, together(found.balances, second)
             break
     said = as_json(judged(found.name, balances))
@@ -205,16 +206,18 @@ def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> di
     }
 
 
-@cache
-def rehearsals(folder: Path | None) -> dict[str, Balances]:
-    """Every motion of the catalogue on the machine as it is believed."""
-    from testbed.diagnosis.robot.motions import motions
+def rehearsals(case: Drawn, parted: Iterable[Names], asked: Asked) -> dict[str, Balances]:
+    """Motions of the catalogue, of the machine as it is believed where it stands: those that may
+    part these sets.
+    """
+    from testbed.diagnosis.robot.motions import made, motions_for
 
-    def balances(overrides: list[str]) -> Balances:
-        scenario = load_scenario(MOTIONS["stand"], overrides, 0, SECONDS)
-        return balances_in(run_of(scenario, folder))
-
-    return {motion.name: balances(motion.overrides()) for motion in motions()}
+    found = {}
+    for motion in motions_for(parted):
+        with suppress(InputError):  # from here it cannot make this one
+            run = made(motion, lambda told: run_of(case.rehearsed(told), asked.recordings))[1]
+            found[motion.name] = balances_in(run)
+    return found
 
 
 def _closed(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, float]:

@@ -12,7 +12,7 @@ import numpy as np
 from testbed.control.gait import BelievedStart, Command, Measured
 from testbed.errors import InputError
 from testbed.formats.arrays import Array
-from testbed.machine.names import AXES, LEGS, SIDES, VERTICAL
+from testbed.machine.names import AXES, LEGS, RADIAL, ROTATION, SIDES, VERTICAL
 from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.scenario.events import Event, LiftFoot, SetRope, share_of_tick
 from testbed.scenario.tasks import Raise, Sway
@@ -22,6 +22,9 @@ REACHED_M = 0.002
 LIFT_EDGE_S = 0.4
 """Time in which an ordered lift of a foot rises and falls (E)."""
 
+REACH_EDGE_S = 1.0
+"""Time in which a lifted leg sets out and comes back (E)."""
+
 
 class Hold:
     """Holds the posture `start` (12), m or rad, raises it in steps where the task says so, lifts
@@ -29,9 +32,16 @@ class Hold:
     """
 
     def __init__(
-        self, start: Array, task: object, events: tuple[Event, ...], scale: Scale = ROBOCLIMBER
+        self,
+        start: Array,
+        task: object,
+        events: tuple[Event, ...],
+        limits: Array,
+        scale: Scale = ROBOCLIMBER,
     ) -> None:
+        """`limits` (12, 2): the joints' ranges, m or rad."""
         self._held = Command(start)
+        self._limits = limits
         self._near_m = REACHED_M * scale.length
         self._lowest_m = float(start[list(VERTICAL)].min())
         """Shortest extension that was measured last."""
@@ -54,12 +64,35 @@ class Hold:
                 joints[VERTICAL[leg]] -= event.height_m * window(
                     t + dt, event.at_s, event.duration_s, LIFT_EDGE_S
                 )
+                joints += self._reached(event, leg, t + dt)
                 if event.at_s <= t <= event.at_s + event.duration_s:
                     stance[leg] = False
             else:
                 share = share_of_tick(t, dt, event.at_s, event.duration_s)
                 rope_rates[SIDES.index(event.rope)] += share * event.pay_out_m / event.duration_s
         return replace(self._held, joints=joints, rope_rates_m_s=rope_rates, stance=stance)
+
+    def _reached(self, event: LiftFoot, leg: int, t: float) -> Array:
+        """(12) how far from where it stood, less its lift, the joints of a lifted leg are at time
+        t, m or rad: once to either end of its radial range, twice to either end of its rotation's,
+        and three times as high again as it is lifted, each as far as its range allows.
+        """
+        out = np.zeros(len(AXES))
+        edge_s = min(LIFT_EDGE_S, event.duration_s / 3.0)
+        begins, lasts = event.at_s + edge_s, event.duration_s - 2.0 * edge_s
+        if event.reach_share == 0.0 or not 0.0 < t - begins < lasts:
+            return out
+        eased = event.reach_share * window(t, begins, lasts, REACH_EDGE_S)
+        angle = 2.0 * np.pi * (t - begins) / lasts
+        held, vertical = self._held.joints, VERTICAL[leg]
+        for joint, way in ((RADIAL[leg], np.sin(angle)), (ROTATION[leg], np.sin(2.0 * angle))):
+            to_end = self._limits[joint, int(way > 0.0)] - held[joint]
+            out[joint] = eased * abs(way) * to_end
+        to_end = self._limits[vertical, 0] - (held[vertical] - event.height_m)
+        out[vertical] = (
+            eased * np.sin(1.5 * angle) ** 2 * float(np.clip(to_end, -event.height_m, 0))
+        )
+        return out
 
     def progress(self, t: float) -> dict[str, Any]:
         """How far the body is raised, as the encoders have it."""

@@ -166,7 +166,7 @@ def _one(task: Any, events: tuple[Event, ...], start: BelievedStart, shared: boo
     elif isinstance(task, Program):
         gait = checked_gait(task.file, start)
     else:
-        gait = Hold(start.joints, task, events, start.robot.machine.scale)
+        gait = Hold(start.joints, task, events, start.model.limits, start.robot.machine.scale)
     return _with_mast(task, gait, start)
 
 

@@ -33,6 +33,7 @@ from testbed.diagnosis.robot.probabilities import (
     has_names,
     leading,
 )
+from testbed.diagnosis.robot.second_effects import shown_by_both
 from testbed.diagnosis.robot.walking_bias import hangs
 from testbed.effects import ALL
 from testbed.effects.signature import Signature
@@ -180,7 +181,7 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
     (effect@place) that are not searched for.
     """
     ledger = Ledger(balances, left_out=granted)
-    tried = weighed_by_law(ledger, ledger.best())
+    tried = shown_by_both(ledger, weighed_by_law(ledger, ledger.best()))
     signs = RobotSigns.of(tried, motion_kinds(balances))
     weights = distribution(signs, calibration())
     verdict = _verdict(ledger, tried, weights, {})

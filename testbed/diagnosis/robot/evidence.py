@@ -75,6 +75,8 @@ class RawGroup:
     """
     factor: Array | None = None
     """(rows, rows) `root`, where it has been found."""
+    of_first: int | None = None
+    """Of two recordings together: so many rows are the first one's, and come before the others."""
 
     def factored(self) -> RawGroup:
         """The group with its `root` found, for all that only miss something else."""

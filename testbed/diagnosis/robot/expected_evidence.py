@@ -5,21 +5,25 @@ The recording is as it is. The rehearsal is the believed machine's: were a set t
 that the recording gives it, its balances would miss what these effects make by their laws, and
 nothing else. Both recordings are one machine's, so numbers that the rehearsal's motion would allow
 must fit the recording, too: a spring that could pass for a cushion in either alone cannot in both.
-Where the recording is two already, the rehearsal is looked at by itself.
+So are its tolerances, and what an earlier recording leaves of them it leaves of them in either: a
+weight on board shows only where it is known what the machine weighs. Where the recording is two
+already, the rehearsal is looked at by itself.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
 from testbed.diagnosis.robot.nonlinear_fit import Fitted, by_whole_laws, fitted, within
-from testbed.diagnosis.robot.probabilities import Names
+from testbed.diagnosis.robot.probabilities import Names, calibration, tempered
 from testbed.diagnosis.robot.two_recordings import NOTHING, Changes, of_first, together
 from testbed.effects.signature import Change
 
@@ -28,46 +32,55 @@ DRAWS = 3
 
 
 class ExpectedEvidence:
-    """Of one recording, `first`, and what is asked of it: two sets of effects."""
+    """Of one recording, `first`, and what is asked of it: rival sets of effects, each with its
+    probability.
+    """
 
-    def __init__(self, first: Ledger, two: tuple[Names, Names]) -> None:
-        self.two = two
-        self._names = tuple(dict.fromkeys([*two[0], *two[1]]))
+    def __init__(self, first: Ledger, rivals: Mapping[Names, float]) -> None:
+        self.rivals = rivals
+        self._names = tuple(dict.fromkeys(name for names in rivals for name in names))
         self._first = first.balances
         self._found = {
-            names: tuple(_likely(fitted(first.balances, first.hypothesis(names)))) for names in two
+            names: tuple(_likely(fitted(first.balances, first.hypothesis(names))))
+            for names in rivals
         }
 
     def gain(self, rehearsed: Balances) -> float:
-        """How much evidence a motion may be expected to bring between the two: how far the evidence
-        of both recordings for the true one would be above the other's, in the mean of either.
+        """How much evidence a motion may be expected to bring between two of them: how far the
+        evidence of both recordings for the true one would be above that of the other, in the mean
+        over all pairs by how likely both are, of what gaps count.
         """
         both = self._together(rehearsed)
         if not both.raw:
             return 0.0
-        above = []
-        for true, false in (self.two, self.two[::-1]):
-            gains = [self._above(both, rehearsed, one, true, false) for one in self._found[true]]
-            above.append(float(np.mean(gains)))
-        return 0.5 * sum(above)
+        gained, weight = 0.0, 0.0
+        for true, likely in self.rivals.items():
+            for one in self._found[true]:
+                evidence = self._evidence(both, rehearsed, one)
+                for other, chance in self.rivals.items():
+                    if other != true:
+                        share = likely * chance / len(self._found[true])
+                        gained += share * counted(evidence[true] - evidence[other])
+                        weight += share
+        return gap_of(gained / weight)
 
-    def _above(
-        self, both: Balances, rehearsed: Balances, found: Fitted, true: Names, false: Names
-    ) -> float:
-        """By how much the evidence of one set would be above that of the other."""
+    def _evidence(
+        self, both: Balances, rehearsed: Balances, found: Fitted
+    ) -> Mapping[Names, float]:
+        """The evidence that each of the rivals would have, were one true with these numbers."""
         made = list(self._made(rehearsed, found))
         if self._first.second is None:
             made = [Changes(parts=(NOTHING, change)) for change in made]
         ledger = Ledger(_missing_also(both, made))
-        one, other = (by_whole_laws(ledger, ledger.hypothesis(names)) for names in (true, false))
-        return one - other
+        return {names: by_whole_laws(ledger, ledger.hypothesis(names)) for names in self.rivals}
 
     def _together(self, rehearsed: Balances) -> Balances:
         """The balances of both that show anything of the effects, the rehearsal missing nothing."""
         there = {name: self._candidate(name, rehearsed) for name in self._names}
         here = {name: self._first.candidates[name] for name in self._names}
         first = _showing(self._first, rehearsed, here)
-        second = _missing_nothing(_showing(rehearsed, self._first, there))
+        known = _known_beside(_showing(rehearsed, self._first, there), self._first.sound)
+        second = _missing_nothing(known)
         both = second if self._first.second is not None else together(first, second)
         return replace(both, raw={key: group.factored() for key, group in both.raw.items()})
 
@@ -118,6 +131,28 @@ def _showing(balances: Balances, other: Balances, candidates: Mapping[str, Candi
     raw = {key: group for key, group in balances.raw.items() if shows(key)}
     groups = {key: group for key, group in balances.groups.items() if key in raw}
     return replace(balances, raw=raw, groups=groups, candidates=candidates)
+
+
+def _known_beside(balances: Balances, sound: Mapping[str, RawGroup]) -> Balances:
+    """The same of a machine of which there is an earlier recording."""
+    raw = {k: g.knowing(sound[k]) if k in sound else g for k, g in balances.raw.items()}
+    return replace(balances, raw=raw)
+
+
+def counted(gap: float) -> float:
+    """How much a gap between two sets counts, of either sign: ten times the evidence is not ten
+    times as sure, see probabilities.tempered.
+    """
+    return math.copysign(float(tempered(np.array(abs(gap)), _much())), gap)
+
+
+def gap_of(count: float) -> float:
+    """The gap that counts so much."""
+    return math.copysign(_much() * math.expm1(abs(count) / _much()), count)
+
+
+def _much() -> float:
+    return float(calibration()["much"])
 
 
 def _missing_nothing(balances: Balances) -> Balances:

@@ -8,7 +8,7 @@ recording `ground` (how steep it seems). Groups are taken as independent of each
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -85,6 +85,8 @@ class Balances:
     candidates: Mapping[str, Candidate]
     second: BodyBalance | None = None
     """Of two recordings together, the body's of the second."""
+    sound: Mapping[str, RawGroup] = field(default_factory=dict)
+    """Those of an earlier recording of the same machine, where they are held beside one."""
 
 
 def balances_of(
@@ -106,7 +108,7 @@ def balances_of(
     raw = _beside(raw, sound or {})
     signatures = {name: candidate.signature for name, candidate in found.items()}
     groups = {key: group.whitened(signatures) for key, group in raw.items()}
-    return Balances(bins, body, raw, groups, found)
+    return Balances(bins, body, raw, groups, found, sound=sound or {})
 
 
 def raw_groups(

@@ -9,11 +9,11 @@ cushion that begins beyond the end of its cylinder.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from testbed.diagnosis.robot.diagnose import AMBIGUOUS, RobotDiagnosis
 from testbed.diagnosis.robot.expected_evidence import ExpectedEvidence
@@ -26,7 +26,7 @@ from testbed.diagnosis.robot.probabilities import (
     likeliest_nameless,
 )
 from testbed.diagnosis.robot.unexplained import is_unexplained
-from testbed.effects import by_name, kind_of
+from testbed.effects import by_name, kind_of, place_of
 from testbed.errors import InputError
 
 FILE = Path(__file__).with_name("motions.yaml")
@@ -42,12 +42,47 @@ class Motion:
     text: str
     task: Mapping[str, Any]
     events: tuple[Mapping[str, Any], ...]
+    leg: str = ""
+    """The one that moves, of a motion that shows its own effects alone."""
+
+    def shows_any_of(self, names: Iterable[str]) -> bool:
+        """Whether it is made to show one of these effects."""
+        places = (place_of(name) or "" for name in names)
+        return not self.leg or any(place.partition("_")[0] == self.leg for place in places)
 
     def overrides(self) -> list[str]:
         """As `load_scenario` takes them."""
         import json
 
         return [f"task={json.dumps(self.task)}", f"events={json.dumps(self.events)}"]
+
+    def ways(self) -> Iterator[Motion]:
+        """The motion, and where it is a sway the same ever less far: how far legs reach differs
+        from stance to stance.
+        """
+        yield self
+        if "amplitude_m" in self.task:
+            for share in LESS_FAR:
+                amplitude = [round(share * way, 3) for way in self.task["amplitude_m"]]
+                yield replace(self, task={**self.task, "amplitude_m": amplitude})
+
+
+LESS_FAR = (0.85, 0.7, 0.55)
+"""Shares of a sway that are tried where a leg does not reach further."""
+Made = TypeVar("Made")
+
+
+def made(motion: Motion, make: Callable[[list[str]], Made]) -> tuple[Motion, Made]:
+    """What `make` makes of a motion's overrides, as far as the legs reach, and how far that is.
+    Raises InputError where it refuses all of its ways.
+    """
+    refused = InputError("cannot be made from here", value=motion.name)
+    for way in motion.ways():
+        try:
+            return way, make(way.overrides())
+        except InputError as error:
+            refused = error
+    raise refused
 
 
 @cache
@@ -57,9 +92,15 @@ def motions() -> tuple[Motion, ...]:
 
     found: dict[str, Any] = yaml.safe_load(FILE.read_text(encoding="utf-8"))
     return tuple(
-        Motion(name, row["text"], row["task"], tuple(row.get("events", ())))
+        Motion(name, row["text"], row["task"], tuple(row.get("events", ())), row.get("leg", ""))
         for name, row in found.items()
     )
+
+
+def motions_for(parted: Iterable[Names]) -> tuple[Motion, ...]:
+    """Those of the catalogue that are made to show one of the effects of these sets."""
+    names = {name for one in parted for name in one}
+    return tuple(motion for motion in motions() if motion.shows_any_of(names))
 
 
 def motion_named(name: str) -> Motion:
@@ -71,17 +112,30 @@ def motion_named(name: str) -> Motion:
     raise InputError("no motion has that name", value=name, allowed=allowed)
 
 
-def parted_sets(found: RobotDiagnosis) -> tuple[Names, Names] | None:
-    """The rivals of a diagnosis as sets of effects that a motion can be rehearsed with: what no
-    name covers is the likeliest of all that have none, for a motion that shows a name's effect
-    need not part it from that.
+def parted_sets(found: RobotDiagnosis) -> dict[Names, float]:
+    """The sets of effects that a motion is to part, with their probabilities, the likeliest first;
+    none where the diagnosis has decided. Beside the two that it cannot decide between these are
+    the next ones of at least LIKELY, at most MOST in all.
+
+    What no name covers is one of them where it is of the two: the likeliest of all sets that have
+    none, for a motion that shows a name's effect need not part it from that.
     """
-    two = rivals(found.verdict.hypotheses)
+    hypotheses = found.verdict.hypotheses
+    two = rivals(hypotheses)
     if two is None:
-        return None
+        return {}
+    more = [names for names, p in hypotheses[2:] if p >= LIKELY and names != NO_NAME]
+    chances = dict(hypotheses)
     nameless = likeliest_nameless(found.signs, calibration())
-    one, other = (nameless if names == NO_NAME else names for names in two)
-    return one, other
+    return {
+        nameless if names == NO_NAME else names: chances[names] for names in (*two, *more)[:MOST]
+    }
+
+
+LIKELY, MOST = 0.05, 4
+"""Least probability of a set beside the two likeliest that a motion is to part as well, and so many
+sets at most.
+"""
 
 
 def rivals(hypotheses: tuple[tuple[Names, float], ...]) -> tuple[Names, Names] | None:
@@ -92,18 +146,19 @@ def rivals(hypotheses: tuple[tuple[Names, float], ...]) -> tuple[Names, Names] |
 
 
 def promises(
-    first: Ledger, two: tuple[Names, Names], rehearsals: Mapping[str, Balances]
+    first: Ledger, parted: Mapping[Names, float], rehearsals: Mapping[str, Balances]
 ) -> dict[str, float]:
-    """Motion -> how much evidence it may be expected to bring between two sets of effects; `first`:
-    of the recording that could not part them, `rehearsals`: of the believed machine's motions.
+    """Motion -> how much evidence it may be expected to bring between sets of effects, each with
+    its probability; `first`: of the recording that could not part them, `rehearsals`: of the
+    believed machine's motions.
     """
-    expected = ExpectedEvidence(first, two)
+    expected = ExpectedEvidence(first, parted)
     return {name: expected.gain(rehearsed) for name, rehearsed in rehearsals.items()}
 
 
 def parting(promised: Mapping[str, float]) -> list[str]:
-    """The motions that promise to part the two, the best first: a gap that is smaller leaves two
-    names ambiguous with each other, however it falls out.
+    """The motions that promise to part them, the best first: a gap that is smaller leaves two names
+    ambiguous with each other, however it falls out.
     """
     least = AMBIGUOUS / float(calibration()["share"])
     enough = [name for name, gap in promised.items() if gap >= least]

@@ -43,7 +43,7 @@ def together(first: Balances, second: Balances) -> Balances:
     raw = {k: _group(g, second.raw[k]) for k, g in first.raw.items() if k in second.raw}
     signatures = {name: candidate.signature for name, candidate in candidates.items()}
     groups = {key: group.whitened(signatures) for key, group in raw.items()}
-    return Balances(first.bins, first.body, raw, groups, candidates, second.body)
+    return Balances(first.bins, first.body, raw, groups, candidates, second.body, first.sound)
 
 
 def _by_same_travel(*both: Balances) -> tuple[Balances, Balances]:
@@ -99,6 +99,7 @@ def _group(one: RawGroup, other: RawGroup) -> RawGroup:
         noise=noise,
         tolerated=np.vstack([one.tolerated, other.tolerated]),
         rows_of=lambda change: _rows(one, other, change),
+        of_first=rows[0],
     )
 
 
