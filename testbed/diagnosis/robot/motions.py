@@ -157,11 +157,10 @@ def promises(
 
 
 def parting(promised: Mapping[str, float]) -> list[str]:
-    """The motions that promise to part them, the best first: a gap that is smaller leaves two names
-    ambiguous with each other, however it falls out.
+    """The motions that promise to part them, the best first: at least AMBIGUOUS, for of several
+    rivals some may be alike in every motion.
     """
-    least = AMBIGUOUS / float(calibration()["share"])
-    enough = [name for name, gap in promised.items() if gap >= least]
+    enough = [name for name, gap in promised.items() if gap >= AMBIGUOUS]
     return sorted(enough, key=promised.__getitem__, reverse=True)
 
 
