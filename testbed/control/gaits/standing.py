@@ -74,8 +74,8 @@ class Hold:
 
     def _reached(self, event: LiftFoot, leg: int, t: float) -> Array:
         """(12) how far from where it stood, less its lift, the joints of a lifted leg are at time
-        t, m or rad: once to either end of its radial range, twice to either end of its rotation's,
-        and three times as high again as it is lifted, each as far as its range allows.
+        t, m or rad: once to either end of its radial and rotation ranges and three times as high
+        again as it is lifted, each as far as its range allows.
         """
         out = np.zeros(len(AXES))
         edge_s = min(LIFT_EDGE_S, event.duration_s / 3.0)
@@ -85,7 +85,8 @@ class Hold:
         eased = event.reach_share * window(t, begins, lasts, REACH_EDGE_S)
         angle = 2.0 * np.pi * (t - begins) / lasts
         held, vertical = self._held.joints, VERTICAL[leg]
-        for joint, way in ((RADIAL[leg], np.sin(angle)), (ROTATION[leg], np.sin(2.0 * angle))):
+        way = np.sin(angle)
+        for joint in (RADIAL[leg], ROTATION[leg]):
             to_end = self._limits[joint, int(way > 0.0)] - held[joint]
             out[joint] = eased * abs(way) * to_end
         to_end = self._limits[vertical, 0] - (held[vertical] - event.height_m)

@@ -1,9 +1,9 @@
-"""Of two recordings of one machine: whether each of them shows a second effect.
+"""Of two recordings of one machine: what each of them shows of an effect.
 
-What a model is wrong about in one motion looks like a second effect beside a right one. An effect
-of the machine is there in both recordings, so it counts as a second one only where both are
-predicted better with it, by the same numbers. What one of them alone shows is named alone or not at
-all.
+What a model is wrong about in one motion looks like an effect there. The second recording is made
+to decide between what the first one shows, so an effect that the first does not show is none that
+was asked for. A second effect beside a right one counts only where both recordings are predicted
+better with it, by the same numbers.
 """
 
 from __future__ import annotations
@@ -18,19 +18,26 @@ from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.formats.arrays import Array
 
 LEAST_RAISED = 2.0
-"""Least ln of the likelihood by which a second effect predicts each recording better (E)."""
+"""Least ln of the likelihood by which an effect predicts a recording better that shows it (E)."""
 
 
 def shown_by_both(ledger: Ledger, tried: Iterable[Hypothesis]) -> list[Hypothesis]:
-    """The hypotheses of a search; of two recordings a pair of which one effect is not shown by both
-    has no more evidence than the other one alone. Singles first, the best of each first.
+    """The hypotheses of a search; of two recordings an effect that the first does not show has no
+    evidence, and a pair of which one effect is not shown by both has no more than the other one
+    alone. Singles first, the best of each first.
     """
     found = list(tried)
     if ledger.balances.second is None:
         return found
-    alone = {one.names[0]: one.log_factor for one in found if len(one.names) == 1}
-    found = [_as_shown(ledger, one, alone) if len(one.names) == 2 else one for one in found]
-    return sorted(found, key=lambda one: (len(one.names), -one.log_factor))
+    singles = [_as_asked(ledger, one) for one in found if len(one.names) == 1]
+    alone = {one.names[0]: one.log_factor for one in singles}
+    pairs = [_as_shown(ledger, one, alone) for one in found if len(one.names) == 2]
+    return [one for size in (singles, pairs) for one in sorted(size, key=lambda h: -h.log_factor)]
+
+
+def _as_asked(ledger: Ledger, single: Hypothesis) -> Hypothesis:
+    shown = explained(ledger.balances, ledger.hypothesis(single.names))[0] >= LEAST_RAISED
+    return single if shown else replace(single, log_factor=min(single.log_factor, 0.0))
 
 
 def _as_shown(ledger: Ledger, pair: Hypothesis, alone: Mapping[str, float]) -> Hypothesis:
