@@ -298,6 +298,22 @@ def test_a_second_effect_counts_where_both_recordings_show_it() -> None:
     assert raised[0] > 20.0 and raised[1] < 0.0
 
 
+def test_what_the_first_recording_does_not_show_was_not_asked_for() -> None:
+    """An error of the second motion's own looks like a gain that the first one says nothing of; a
+    gain that shows in the first one alone is kept."""
+    left, right, nothing = course(1), course(2), np.zeros(ROWS)
+    body: Any = object()
+    both = replace(
+        together(recording(left, nothing, 0.1 * left), recording(nothing, right, 0.2 * right)),
+        second=body,
+    )
+    ledger = Ledger(both)
+    tried = [ledger.hypothesis((name,)) for name in (LEFT, RIGHT)]
+    assert min(one.log_factor for one in tried) > 20.0
+    found = {one.names: one.log_factor for one in shown_by_both(ledger, tried)}
+    assert found[(LEFT,)] > 20.0 and found[(RIGHT,)] == 0.0
+
+
 def test_every_motion_of_the_catalogue_is_one_that_a_standing_robot_can_make() -> None:
     for motion in motions():
         scenario = load_scenario("stand_clean", motion.overrides())
