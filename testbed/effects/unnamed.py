@@ -24,6 +24,17 @@ SLIDING_M_S = {"2_mm_s": 2e-3, "5_mm_s": 5e-3, "10_mm_s": 1e-2, "20_mm_s": 2e-2}
 STOPS_M = {"100_um": 1e-4, "300_um": 3e-4, "1_mm": 1e-3, "3_mm": 3e-3, "10_mm": 1e-2}
 """Travels after a turn in which friction has turned over, as elastic stops."""
 
+AT_PRESSURES = {
+    "friction_below": -0.5,
+    "friction_at_lowest": 0.0,
+    "friction_at_quarter": 0.25,
+    "friction_at_half": 0.5,
+    "friction_at_three_quarters": 0.75,
+    "friction_at_highest": 1.0,
+    "friction_above": 1.5,
+}
+"""Friction at pressures of A between the lowest and the highest that the correction was fitted on,
+as shares of the way: straight between them, held beyond the first and the last."""
 
 EDGES: Mapping[str, tuple[str, str]] = {
     "pressure_a_pa": ("lowest_pressure_a_pa", "highest_pressure_a_pa"),
@@ -149,6 +160,23 @@ def stop(position_m: Array, travel_m: float) -> Array:
     return out
 
 
+def friction_at_pressures(signals: Signals, edges: Mapping[str, float]) -> dict[str, Array]:
+    """Share that each of AT_PRESSURES has of the friction at the samples' pressure, with the way
+    that the piston slides; each of shape (n,), between -1 and 1; none without a pressure or its
+    edges.
+    """
+    low, high = (edges.get(edge) for edge in EDGES["pressure_a_pa"])
+    if signals.pressure_a_pa is None or low is None or high is None or high <= low:
+        return {}
+    way = (signals.pressure_a_pa - low) / (high - low)
+    direction = np.tanh(signals.velocity_m_s / SLIDING_M_S["2_mm_s"])
+    knots, each = list(AT_PRESSURES.values()), np.eye(len(AT_PRESSURES))
+    return {
+        name: direction * np.interp(way, knots, each[index])
+        for index, name in enumerate(AT_PRESSURES)
+    }
+
+
 NAMES = (
     "bias",
     "position",
@@ -178,7 +206,7 @@ class Unnamed(Effect):
     text = "something is missing that no name covers"
     parameters = tuple(
         ParameterSpec(shape, "N", -1e6, 1e6, (-500.0, 500.0), "weight of the term", 0.0)
-        for shape in (*NAMES, *FRICTION_SHAPES)
+        for shape in (*NAMES, *FRICTION_SHAPES, *AT_PRESSURES)
     ) + tuple(
         ParameterSpec(
             edge,
@@ -202,6 +230,7 @@ class Unnamed(Effect):
             columns = basis(held := within(signals, edges))
             if not used.keys() <= columns.keys():
                 columns |= friction_shapes(held, signals.position_m)
+                columns |= friction_at_pressures(signals, edges)
             for name in (shape for shape in used if shape in columns):
                 terms.force_n = terms.force_n - used[name] * columns[name]
 

@@ -11,7 +11,8 @@ from synthetic_bench import bench
 
 from testbed.benchmarks.diagnosis.measured_rigs import estimate_error
 from testbed.diagnosis.leg.base_models import declared
-from testbed.diagnosis.leg.bench_correction import _Left, _levels_n, bench_correction
+from testbed.diagnosis.leg.bench_correction import _levels_n, bench_correction
+from testbed.diagnosis.leg.left_over import LeftOver
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import series_of
 from testbed.effects.terms import ForceTerms
@@ -128,10 +129,10 @@ def test_a_trend_of_friction_with_the_pressure_counts_beyond_what_repeats_differ
     assert levels(200.0) == pytest.approx(200.0 * (pressure - pressure.mean()), rel=0.02)
 
 
-def _run_of_level(level_n: float) -> _Left:
+def _run_of_level(level_n: float) -> LeftOver:
     extends = np.arange(10) < 5
     residual = level_n * np.where(extends, 1.0, -1.0)
-    return _Left("run", residual, np.zeros((10, 2)), extends, 50.0, (0, 1))
+    return LeftOver("run", residual, np.zeros((10, 2)), extends, 50.0, (0, 1))
 
 
 @pytest.mark.slow

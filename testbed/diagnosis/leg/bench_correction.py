@@ -16,17 +16,25 @@ and all of them together much.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from testbed.diagnosis.leg.held_pressures import held_pressure_weights, holds_pressures
 from testbed.diagnosis.leg.leave_one_out import RunErrors, Runs, overall, worst_ratio
+from testbed.diagnosis.leg.left_over import (
+    LEVEL_TERMS,
+    Folds,
+    LeftOver,
+    folds_of,
+    left_over,
+    term_names,
+)
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.run_variation import WANDER, dry_friction_n
-from testbed.diagnosis.leg.series import Series
-from testbed.effects.unnamed import UNNAMED, correction_terms, edge_unit, edges_of
+from testbed.diagnosis.leg.run_variation import WANDER
+from testbed.effects.unnamed import EDGES, UNNAMED, edge_unit, edges_of
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import EffectEntry, LegModel, Parameter
 
@@ -41,48 +49,8 @@ simulated drives with other laws and other motions, the others on 44 simulated s
 seeing which training runs of three measured seals they refused."""
 LEAST_KEPT = 0.75
 """Share of a trend with the pressure that has to be kept: one of twice what friction wanders by."""
-LEVELS = ("bias", "pressure_a", "pressure_a_2", "pressure_b", "pressure_b_2")
-"""Generic terms that say nothing within a run of one pressure."""
-LEVEL_TERMS = ("sliding_2_mm_s", "pressure_sliding_2_mm_s")
-"""Terms that bring a correction to its level: friction, and friction that grows with pressure."""
 ALIKE = 1e-3
 """Pressures of runs that differ by less than this share say nothing of a trend."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Left:
-    """What a model leaves of one run: residual (bins,) N, the terms' columns (bins, terms), which
-    bins extend, the mean dry friction, N, and which terms bring a correction to its level.
-    """
-
-    run: str
-    residual_n: Array
-    columns: Array
-    extends: npt.NDArray[np.bool_]
-    friction_n: float
-    level_terms: tuple[int, ...]
-
-    def error_n(self, weights: Array, bias: float) -> float:
-        """Root mean square with these weights of the terms, and this constant."""
-        return float(np.sqrt(np.mean((self.residual_n - bias - self.columns @ weights) ** 2)))
-
-    @property
-    def goes_both_ways(self) -> bool:
-        """Whether it tells friction from a constant."""
-        return bool(self.extends.any() and not self.extends.all())
-
-    def level(self, values: Array) -> Array:
-        """Half of what values (bins, ..) differ by, out and back: (..)."""
-        out, back = values[self.extends], values[~self.extends]
-        return np.asarray(0.5 * (out.mean(axis=0) - back.mean(axis=0)), dtype=np.float64)
-
-    def course(self, values: Array) -> Array:
-        """Values (bins, ..) about their means out and back."""
-        left = values.copy()
-        for way in (self.extends, ~self.extends):
-            if way.any():
-                left[way] -= left[way].mean(axis=0)
-        return left
 
 
 @dataclass(frozen=True)
@@ -111,8 +79,32 @@ def bench_correction(
     not fitted on.
     """
     runs = Runs.of(problem, recordings)
-    names = _names(runs.series)
-    folds = _folds(runs, names)
+    names = term_names(runs.series)
+    folds = folds_of(runs, names)
+    edges = edges_of(series.signals for series in runs.series)
+    left = left_over(runs.series, identified, problem, names, edges)
+    if folds and holds_pressures(left):
+        low, high = EDGES["pressure_a_pa"]
+        found = held_pressure_weights(left, folds, names, (edges[low], edges[high]))
+    else:
+        found = _weights_that_carry_over(left, folds, names)
+    if not found:
+        return None
+    parameters = {name: Parameter(value=float(weight), unit="N") for name, weight in found.items()}
+    for name, value in edges.items():
+        parameters[name] = Parameter(value=value, unit=edge_unit(name))
+    # What goes along the stroke is in shares of the one that it was fitted with.
+    known = identified.known.model_copy(update={"stroke_m": problem.base.known.stroke_m})
+    entry = EffectEntry(name=UNNAMED.kind, parameters=parameters)
+    return identified.model_copy(update={"known": known, "effects": (entry,)})
+
+
+def _weights_that_carry_over(
+    left: Sequence[LeftOver], folds: Folds, names: Sequence[str]
+) -> dict[str, float]:
+    """Term -> weight, N, by the form that predicts runs left out best; none where none carries
+    over.
+    """
     none = np.zeros(len(names))
     before = {test.run: test.error_n(none, 0.0) for _, test in folds}
     form = None
@@ -123,17 +115,9 @@ def bench_correction(
             if overall(after) < best and _carries_over(after, before, option):
                 best, form = overall(after), option
     if form is None:
-        return None
-    edges = edges_of(series.signals for series in runs.series)
-    weights, bias = _weights(_left(runs.series, identified, problem, names, edges), form)
-    found = dict(zip(names, weights, strict=True)) | {"bias": bias}
-    parameters = {name: Parameter(value=float(weight), unit="N") for name, weight in found.items()}
-    for name, value in edges.items():
-        parameters[name] = Parameter(value=value, unit=edge_unit(name))
-    # What goes along the stroke is in shares of the one that it was fitted with.
-    known = identified.known.model_copy(update={"stroke_m": problem.base.known.stroke_m})
-    entry = EffectEntry(name=UNNAMED.kind, parameters=parameters)
-    return identified.model_copy(update={"known": known, "effects": (entry,)})
+        return {}
+    weights, bias = _weights(left, form)
+    return dict(zip(names, weights, strict=True)) | {"bias": bias}
 
 
 def _carries_over(after: RunErrors, before: RunErrors, form: _Form) -> bool:
@@ -141,57 +125,7 @@ def _carries_over(after: RunErrors, before: RunErrors, form: _Form) -> bool:
     return enough and worst_ratio(after, before) < BETTER
 
 
-def _names(series: Sequence[Series]) -> tuple[str, ...]:
-    """The terms that every run has the channels of."""
-    of_runs = [correction_terms(one.signals, {}) for one in series]
-    return tuple(
-        name
-        for name in of_runs[0]
-        if name not in LEVELS and all(name in terms for terms in of_runs)
-    )
-
-
-def _left(
-    series: Sequence[Series],
-    model: LegModel,
-    problem: Problem,
-    names: Sequence[str],
-    edges: Mapping[str, float],
-) -> list[_Left]:
-    """What a model leaves of runs, with the terms of these names held at the edges."""
-    level_terms = tuple(names.index(name) for name in LEVEL_TERMS if name in names)
-    out = []
-    for one in series:
-        judged = Problem((one,), problem.base, problem.with_flow)
-        counted = judged.layout["force"].count > 0
-        mask = one.trusted & one.clear
-        terms = correction_terms(one.signals, edges)
-        columns = [one.binned(terms[name], mask)[0][counted] for name in names]
-        residual_n = judged.force(model, ())[counted] / judged.as_read(model, ())
-        if residual_n.size:
-            velocity = one.binned(one.signals.velocity_m_s, mask)[0][counted]
-            friction = np.abs(dry_friction_n(one, model.friction).sum(axis=1))[counted].mean()
-            extends = np.asarray(velocity > 0.0, dtype=np.bool_)
-            stacked = np.column_stack(columns)
-            out.append(_Left(one.name, residual_n, stacked, extends, float(friction), level_terms))
-    return out
-
-
-def _folds(runs: Runs, names: Sequence[str]) -> list[tuple[list[_Left], _Left]]:
-    """For each run: (what the model identified on the others leaves of these, and of this one)."""
-    out = []
-    for index, test in enumerate(runs.series):
-        model = runs.identified_without(index)
-        rest = (*runs.series[:index], *runs.series[index + 1 :])
-        edges = edges_of(series.signals for series in rest)
-        found = _left((test,), model, runs.problem, names, edges)
-        others = _left(rest, model, runs.problem, names, edges)
-        if found and others:
-            out.append((others, found[0]))
-    return out
-
-
-def _weights(left: Sequence[_Left], form: _Form) -> tuple[Array, float]:
+def _weights(left: Sequence[LeftOver], form: _Form) -> tuple[Array, float]:
     """(weights of the terms, constant that keeps the mean of all), N: ridge regression about each
     run's means out and back, then brought to its level; or about its mean, level and all.
     """
@@ -215,7 +149,7 @@ def _weights(left: Sequence[_Left], form: _Form) -> tuple[Array, float]:
     return weights, -float(np.mean(np.vstack([run.columns for run in left]) @ weights))
 
 
-def _levels_n(runs: Sequence[_Left], of_terms: Array) -> Array:
+def _levels_n(runs: Sequence[LeftOver], of_terms: Array) -> Array:
     """Level that a correction is given in each run, N, (runs,): the mean of what is left, and of
     its straight trend with the pressure, where that is more than friction's wander from run to run
     makes.
