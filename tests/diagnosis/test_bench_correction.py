@@ -12,6 +12,7 @@ from synthetic_bench import bench
 from testbed.benchmarks.diagnosis.measured_rigs import estimate_error
 from testbed.diagnosis.leg.base_models import declared
 from testbed.diagnosis.leg.bench_correction import _levels_n, bench_correction
+from testbed.diagnosis.leg.held_pressures import holds_pressures
 from testbed.diagnosis.leg.left_over import LeftOver
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import series_of
@@ -115,6 +116,48 @@ def test_beyond_what_it_was_fitted_on_a_correction_stays_as_at_the_edge() -> Non
     both_ways = fastest * np.sign(signals.velocity_m_s)
     assert np.ptp(both_ways) > 0.0 and not np.allclose(at_edge, inside)
     assert force_n(3.0 * highest, fastest) == pytest.approx(at_edge)
+
+
+@pytest.mark.slow
+def test_friction_that_grows_with_the_pressure_is_followed_between_the_runs_pressures() -> None:
+    def pressed_on(recording: Recording) -> np.ndarray:
+        assert recording.pressure_a_pa is not None
+        return -2e-4 * recording.pressure_a_pa * np.tanh(np.gradient(recording.position_m) / 1e-7)
+
+    better, model = _corrected(_rig(pressed_on))
+    assert better is not None
+    assert better.effects[0].parameters["friction_at_highest"].value > 10.0
+    again = _rig(pressed_on, seed=5).identify
+    lowest, middle, highest = (
+        estimate_error(recording, better) / estimate_error(recording, model) for recording in again
+    )
+    assert lowest < 0.9 and middle < 1.0 and highest < 0.9
+
+
+def test_a_rig_whose_pressures_differ_within_a_run_as_much_as_between_runs_holds_none() -> None:
+    run = LeftOver("run", np.ones(2), np.ones((2, 1)), np.array([True, False]), 1.0, (0,))
+    held = [replace(run, pressure_pa=pa, pressure_sd_pa=5e3) for pa in (1e5, 3e5)]
+    assert holds_pressures(held)
+    assert not holds_pressures([replace(one, pressure_sd_pa=1e5) for one in held])
+    assert not holds_pressures([replace(one, extends=np.array([True, True])) for one in held])
+
+
+def test_friction_at_pressures_is_straight_between_them_and_held_beyond() -> None:
+    (signals,) = (one.signals for one in series_of(_rig(_gradual_friction_n).identify[:1]))
+    edges = {"lowest_pressure_a_pa": 1e5, "highest_pressure_a_pa": 5e5}
+    weights = {"friction_at_lowest": 4.0, "friction_at_quarter": 8.0, "friction_above": 2.0}
+
+    def friction_n(pressure_pa: float) -> float:
+        moved = signals.with_(
+            pressure_a_pa=np.full_like(signals.velocity_m_s, pressure_pa),
+            velocity_m_s=np.full_like(signals.velocity_m_s, 1.0),
+        )
+        terms = ForceTerms(mass_kg=0.0, weight_mass_kg=0.0)
+        UNNAMED.force(moved, terms, UNNAMED.complete(weights | edges))
+        return -float(np.asarray(terms.force_n)[0])
+
+    found = [friction_n(pa) for pa in (1e5, 1.5e5, 2e5, 5e5, 6e5, 7e5, 9e5)]
+    assert found == pytest.approx([4.0, 6.0, 8.0, 0.0, 1.0, 2.0, 2.0])
 
 
 def test_a_trend_of_friction_with_the_pressure_counts_beyond_what_repeats_differ_by() -> None:

@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 from scipy.stats import norm
 
 Array = npt.NDArray[np.float64]
-RISK = 0.015
+RISK = 0.05
 """Chance that a shift makes a further run err more than identified."""
 OWN = (0.04, 0.08, 0.14)
 """Standard deviations of a run's own level, shares of the friction. Repeats of one measured seal at
