@@ -42,6 +42,10 @@ SMALL = 0.4
 """Share of `none` that goes to a name against which nothing but its size speaks (E): less than
 half, as no more is left without it than a sound bench leaves."""
 
+FORETOLD = 0.7
+"""Share of `none` that goes to *unnamed* where a correction without a cause takes half and more of
+what is left of each run left out (E): no sound bench of 35 showed that."""
+
 
 @dataclass(frozen=True)
 class BenchSigns:
@@ -199,3 +203,12 @@ def with_small(weights: Mapping[Names, float], too_small: Names) -> dict[Names, 
         out[()] -= given
         out[name] = out.get(name, 0.0) + given
     return out
+
+
+def with_foretold(weights: Mapping[Names, float]) -> dict[Names, float]:
+    """The weights where what is left of each run is foretold by the other runs, and by no name."""
+    given = FORETOLD * weights[()]
+    return dict(weights) | {
+        (): weights[()] - given,
+        ("unnamed",): weights.get(("unnamed",), 0.0) + given,
+    }

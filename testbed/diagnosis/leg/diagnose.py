@@ -9,7 +9,7 @@ from functools import partial
 from testbed.diagnosis.leg.acceptance import WORSE, Proof, proven
 from testbed.diagnosis.leg.amplitude import with_amplitudes
 from testbed.diagnosis.leg.base_models import declared, fit_base, not_declared
-from testbed.diagnosis.leg.bench_correction import bench_correction
+from testbed.diagnosis.leg.bench_correction import bench_correction, foretells_every_run
 from testbed.diagnosis.leg.companions import companions
 from testbed.diagnosis.leg.entries import entries_of, memory_of
 from testbed.diagnosis.leg.findings import Diagnosis
@@ -64,7 +64,7 @@ def diagnose(
     judged = (
         _judged_leg(state, rig, identified)
         if rig.kind == "vertical-leg"
-        else _judged_bench(state, rig)
+        else _judged_bench(state, rig, identified)
     )
     tell("errors on verify")
     models = {"before": before, "identify": identified, "refit": refit}
@@ -103,7 +103,7 @@ def _judged_leg(state: Search, rig: Rig, identified: LegModel) -> _Judged:
     return _Judged(found, decide(state, found, identified))
 
 
-def _judged_bench(state: Search, rig: Rig) -> _Judged:
+def _judged_bench(state: Search, rig: Rig, identified: LegModel) -> _Judged:
     """Keep only the names that pass their trials (acceptance.py); the rest may be an unnamed
     effect.
     """
@@ -111,7 +111,17 @@ def _judged_bench(state: Search, rig: Rig) -> _Judged:
     state.best, state.order = proof.kept, list(proof.kept.names)
     found = unexplained(state, rig.identify)
     goes_with = companions(state.problem, proof.kept.fit)
-    return _Judged(found, decide_on_bench(state, found, proof, goes_with), proof, goes_with)
+    verdict = decide_on_bench(
+        state,
+        found,
+        proof,
+        goes_with,
+        lambda: (
+            not state.problem.believed
+            and foretells_every_run(state.problem, rig.identify, identified)
+        ),
+    )
+    return _Judged(found, verdict, proof, goes_with)
 
 
 def _after(

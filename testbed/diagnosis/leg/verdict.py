@@ -12,7 +12,7 @@ name on trial (`proof`); so has a leg of the robot (`diagnosis.robot.probabiliti
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
+from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, field, replace
 
 from testbed.diagnosis.leg import bench_probabilities as bench
@@ -247,16 +247,24 @@ def _known_rivals(state: Search, name: str) -> tuple[str, ...]:
 
 
 def decide_on_bench(
-    state: Search, found: Unexplained, proof: Proof, goes_with: Mapping[str, float]
+    state: Search,
+    found: Unexplained,
+    proof: Proof,
+    goes_with: Mapping[str, float],
+    foretold: Callable[[], bool],
 ) -> Verdict:
     """The verdict on a bench or a drive, of names that passed their trials.
 
     `goes_with`: channel that rides along -> share by which it lowers what those names leave.
+    `foretold`: whether the other runs foretell what is left of each; asked where nothing is named.
     """
     features = bench.signs(state, proof, found, max(goes_with.values(), default=0.0))
     weights = bench.distribution(features, proof.kept.names, bench.calibration())
     weights = bench.with_small(weights, proof.too_small)
-    verdict = verdict_of(state, doubted(state.tried, weights))
+    weights = doubted(state.tried, weights)
+    verdict = verdict_of(state, weights)
+    if verdict.kind == "none" and foretold():
+        verdict = verdict_of(state, bench.with_foretold(weights))
     if verdict.kind != "effect":
         return replace(verdict, goes_with=goes_with if verdict.kind == "unnamed" else {})
     return replace(verdict, ambiguous=_with_alike(state, verdict))
