@@ -15,7 +15,7 @@ from testbed.benchmarks.diagnosis.bench_rigs import make_bench
 from testbed.benchmarks.diagnosis.bench_trials import fit, left_out, right, trial
 from testbed.diagnosis.leg.acceptance import Trial
 from testbed.diagnosis.leg.base_models import declared, fit_base
-from testbed.diagnosis.leg.bench_probabilities import with_small
+from testbed.diagnosis.leg.bench_probabilities import FORETOLD, with_foretold, with_small
 from testbed.diagnosis.leg.companions import companions
 from testbed.diagnosis.leg.diagnose import diagnose, nothing_lacking
 from testbed.diagnosis.leg.findings import as_json
@@ -319,3 +319,11 @@ def test_a_name_against_which_only_its_size_speaks_keeps_a_share_of_none() -> No
     assert not Trial(True, 1.0, run_error=0.99, shows=False).too_small
     assert not Trial(False, 1.0, run_error=0.5, shows=False).too_small
     assert not Trial(True, 1.0, run_error=0.5).too_small
+
+
+def test_what_other_runs_foretell_without_a_name_takes_from_none_alone() -> None:
+    weights = {(): 0.8, ("unnamed",): 0.1, ("inertia.mass",): 0.1}
+    found = with_foretold(weights)
+    assert found[("inertia.mass",)] == weights[("inertia.mass",)]
+    assert found[()] == pytest.approx((1.0 - FORETOLD) * 0.8)
+    assert sum(found.values()) == pytest.approx(1.0) and found[("unnamed",)] > 0.5

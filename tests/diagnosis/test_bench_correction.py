@@ -11,7 +11,11 @@ from synthetic_bench import bench
 
 from testbed.benchmarks.diagnosis.measured_rigs import estimate_error
 from testbed.diagnosis.leg.base_models import declared
-from testbed.diagnosis.leg.bench_correction import _levels_n, bench_correction
+from testbed.diagnosis.leg.bench_correction import (
+    _levels_n,
+    bench_correction,
+    foretells_every_run,
+)
 from testbed.diagnosis.leg.held_pressures import holds_pressures
 from testbed.diagnosis.leg.left_over import LeftOver
 from testbed.diagnosis.leg.problem import Problem
@@ -116,6 +120,18 @@ def test_beyond_what_it_was_fitted_on_a_correction_stays_as_at_the_edge() -> Non
     both_ways = fastest * np.sign(signals.velocity_m_s)
     assert np.ptp(both_ways) > 0.0 and not np.allclose(at_edge, inside)
     assert force_n(3.0 * highest, fastest) == pytest.approx(at_edge)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size_n", [30.0, 1.0])
+def test_other_runs_foretell_what_is_left_only_where_a_law_is_missing(size_n: float) -> None:
+    def added_n(recording: Recording) -> np.ndarray:
+        return -size_n * stop(recording.position_m, 2e-3)
+
+    rig = _rig(added_n)
+    model, base = identify_rig(rig).model, declared(rig)
+    problem = Problem(series_of(rig.identify, base.known), base, False)
+    assert foretells_every_run(problem, rig.identify, model) == (size_n > 10.0)
 
 
 @pytest.mark.slow

@@ -12,6 +12,8 @@ temperatures that it was fitted on, a correction stays as it is at their edge.
 How much the weights are shrunk is what predicts runs left out best. A correction that carries over
 to other runs may still fail on other motions: there is one only where it helps every run left out,
 and all of them together much.
+
+Where each run holds one pressure, as seals are measured, held_pressures.py makes the correction.
 """
 
 from __future__ import annotations

@@ -9,7 +9,9 @@ between none and all of the friction at the mean pressure.
 
 A shift is as large as is expected, unless that would make a further run of this pressure err more
 than identified with a chance of over RISK. What the course of the friction along a stroke gains
-makes room for a shift that is in vain. RISK, and the models, were chosen on 220 simulated seals.
+makes room for a shift that is in vain. The models were chosen on 220 simulated seals; RISK
+between 0.015 and 0.05, after both were seen on 28 measured runs: with it runs of simulated seals
+err more seldom than with what it replaced.
 """
 
 from __future__ import annotations
