@@ -92,11 +92,13 @@ def bench_correction(
     folds = folds_of(runs, names)
     edges = edges_of(series.signals for series in runs.series)
     left = left_over(runs.series, identified, problem, names, edges)
+    found: dict[str, float] = {}
     if folds and holds_pressures(left):
         low, high = EDGES["pressure_a_pa"]
         found = held_pressure_weights(left, folds, names, (edges[low], edges[high]))
-    else:
-        found = _weights_that_carry_over(left, folds, names)
+    elif (form := _best_form(folds, names)) is not None:
+        weights, bias = _weights(left, form)
+        found = dict(zip(names, weights, strict=True)) | {"bias": bias}
     if not found:
         return None
     parameters = {name: Parameter(value=float(weight), unit="N") for name, weight in found.items()}
@@ -108,25 +110,30 @@ def bench_correction(
     return identified.model_copy(update={"known": known, "effects": (entry,)})
 
 
-def _weights_that_carry_over(
-    left: Sequence[LeftOver], folds: Folds, names: Sequence[str]
-) -> dict[str, float]:
-    """Term -> weight, N, by the form that predicts runs left out best; none where none carries
-    over.
-    """
-    none = np.zeros(len(names))
-    before = {test.run: test.error_n(none, 0.0) for _, test in folds}
+def _best_form(folds: Folds, names: Sequence[str]) -> _Form | None:
+    """The form that predicts runs left out best; None where none carries over."""
+    before = _before(folds, names)
     form = None
     for forms in FORMS:
         best = np.inf
         for option in forms if form is None else ():
-            after = {test.run: test.error_n(*_weights(others, option)) for others, test in folds}
+            after = _after(folds, option)
             if overall(after) < best and _carries_over(after, before, option):
                 best, form = overall(after), option
-    if form is None:
-        return {}
-    weights, bias = _weights(left, form)
-    return dict(zip(names, weights, strict=True)) | {"bias": bias}
+    return form
+
+
+def _halves(folds: Folds, names: Sequence[str], form: _Form) -> bool:
+    """Whether a form leaves HALF and less of what `identify` leaves of each run left out."""
+    return worst_ratio(_after(folds, form), _before(folds, names)) <= HALF
+
+
+def _before(folds: Folds, names: Sequence[str]) -> RunErrors:
+    return {test.run: test.error_n(np.zeros(len(names)), 0.0) for _, test in folds}
+
+
+def _after(folds: Folds, form: _Form) -> RunErrors:
+    return {test.run: test.error_n(*_weights(others, form)) for others, test in folds}
 
 
 def foretells_every_run(
@@ -141,19 +148,11 @@ def foretells_every_run(
     folds = folds_of(runs, names)
     if not folds or not names:
         return False
-    none = np.zeros(len(names))
-    before = {test.run: test.error_n(none, 0.0) for _, test in folds}
+    before = _before(folds, names)
     friction_n = float(np.mean([test.friction_n for _, test in folds]))
     if overall(before) < LEAST_MISSING * friction_n:
         return False
-    return any(
-        worst_ratio(
-            {test.run: test.error_n(*_weights(others, form)) for others, test in folds}, before
-        )
-        <= HALF
-        for forms in FORMS
-        for form in forms
-    )
+    return any(_halves(folds, names, form) for forms in FORMS for form in forms)
 
 
 def _carries_over(after: RunErrors, before: RunErrors, form: _Form) -> bool:
