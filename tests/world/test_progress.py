@@ -13,6 +13,9 @@ from testbed.control.gaits.standing import Hold
 from testbed.scenario.tasks import Raise
 from testbed.world.summary import progress
 
+LIMITS = np.tile([[-0.5, 0.5], [0.0, 0.5], [0.0, 0.5]], (4, 1))
+"""Of the joints, (12, 2), rad or m."""
+
 
 def told(gait: dict[str, Any] | None, drill: dict[str, Any], to_its_end: bool) -> dict[str, Any]:
     mine: Any = SimpleNamespace() if gait is None else SimpleNamespace(progress=lambda _: gait)
@@ -36,7 +39,7 @@ def test_a_raise_is_done_when_the_pistons_are_there(reached_m: float) -> None:
     """Not when they have been told to be: a machine without pressure stays where it is."""
     start = np.tile([0.0, 0.2, 0.25], 4)
     task = Raise(kind="raise", start_s=0.0, to_m=0.35, step_m=0.05, every_s=2.0)
-    gait = Hold(start, task, ())
+    gait = Hold(start, task, (), LIMITS)
     gait.command(60.0, 0.01, Measured.of(position=np.tile([0.0, 0.2, reached_m], 4)))
     assert gait.progress(60.0) == {
         "done": reached_m > 0.348,
@@ -52,5 +55,5 @@ def test_a_raise_shortens_no_leg_that_is_longer_already() -> None:
     start = np.tile([0.0, 0.2, 0.25], 4)
     start[2] = 0.4
     task = Raise(kind="raise", start_s=0.0, to_m=0.35, step_m=0.05, every_s=2.0)
-    wanted = Hold(start, task, ()).command(60.0, 0.01, Measured.of()).joints[2::3]
+    wanted = Hold(start, task, (), LIMITS).command(60.0, 0.01, Measured.of()).joints[2::3]
     assert wanted == pytest.approx([0.4, 0.35, 0.35, 0.35])
