@@ -127,6 +127,7 @@ def test_the_environment_of_the_guide_steps() -> None:
     assert scope["observation"].shape == (41,) and scope["terminated"] is False  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_the_controller_of_the_guide_hears_what_the_recording_says(tmp_path: Path) -> None:
     (code,) = [
         body

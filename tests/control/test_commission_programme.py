@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from walking_machine import believed_start, scenario
 
 from testbed.control.gaits.commission import CommissionGait, duration_s, program
@@ -52,6 +53,7 @@ def test_no_cylinder_comes_near_its_stops() -> None:
         assert share.min() > 0.05 and share.max() < 0.95
 
 
+@pytest.mark.slow
 def test_a_foot_is_not_meant_to_carry_as_long_as_it_is_lifted() -> None:
     """From the first centimetre of its way up to the last of its way down."""
     task = Commission(kind="commission")

@@ -52,6 +52,7 @@ class Made:
 ALL = ["first", "diagnosis", "next_before", "next_after"]
 
 
+@pytest.mark.slow
 def test_what_is_there_is_kept_and_made_anew_for_another_scenario_of_that_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
