@@ -130,9 +130,9 @@ def _after(
     """(the final model, its effects). By the verdict:
 
     effect: the published model with the named effects. unnamed: with a generic correction, if it
-    improves recordings it was not fitted on; else the refit, or on a bench the identified model,
-    which an unnamed effect distorts less. none: the refit, or on a bench the identified model,
-    unless the refit predicts left-out recordings better.
+    improves recordings it was not fitted on. none, or no correction: the identified model, unless
+    the refit predicts left-out recordings better; on a bench with an unnamed effect, which distorts
+    the identified model less, that one.
     """
     problem, chosen = state.problem, judged.verdict.chosen
     if judged.verdict.kind == "effect":
@@ -147,8 +147,11 @@ def _after(
             return models[nothing_lacking(judged.proof, judged.found.excess, estimates)], ()
         return bench_correction(problem, rig.identify, models["identify"]) or models["identify"], ()
     generic = correction(problem, state.refit.fit) if judged.verdict.kind == "unnamed" else None
-    if generic is None:
+    if generic is None and problem.believed:
         return models["refit"], ()
+    if generic is None:
+        by_refit, identified = Runs.of(problem, rig.identify).estimates(state.refit.fit)
+        return models["refit" if _better(by_refit, identified) else "identify"], ()
     entries = _of_model(problem, entries_of(generic, 1.0), (UNNAMED.name,))
     return generic.model(problem.base).model_copy(update={"effects": entries}), ()
 
