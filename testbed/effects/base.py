@@ -163,6 +163,12 @@ class Effect:
         """
         return Change()
 
+    def lies_within(self, name: str, seen: RobotSeen, place: str) -> tuple[float, float]:
+        """Between what the build of the machine at its place leaves a parameter in `bends`, beside
+        its bounds: least and greatest, SI; -inf and inf: anything.
+        """
+        return -math.inf, math.inf
+
     def robot_price(self, seen: RobotSeen, place: str, values: Values) -> float:
         """What values that would make it another effect cost in log-likelihood, by what one
         recording of the robot shows of them: its `price` there.

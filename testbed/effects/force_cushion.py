@@ -99,12 +99,12 @@ class Cushion(Effect):
         x = seen.extension_m[:, i]
         return {
             f"stiffness {index}": Change(force={i: -np.maximum(start - x, 0.0)})
-            for index, start in enumerate(_tried(*seen.travel_m(i)))
+            for index, start in enumerate(_tried(seen, i))
         }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """All of them together, and where they begin in the mean."""
-        starts = _tried(*seen.travel_m(seen.axis(place)))
+        starts = _tried(seen, seen.axis(place))
         parts = np.array([linear[f"stiffness {index}"] for index in range(len(starts))])
         whole = float(parts.sum())
         start = float(parts @ starts) / whole if whole else float(starts[-1])
@@ -116,20 +116,28 @@ class Cushion(Effect):
         push = force_n(seen.extension_m[:, i], values["stiffness"], values["start"])
         return Change(force={i: -np.asarray(push)})
 
+    def lies_within(self, name: str, seen: RobotSeen, place: str) -> tuple[float, float]:
+        """It begins inside its cylinder: what pushes at all extensions is a spring."""
+        if name != "start":
+            return super().lies_within(name, seen, place)
+        return 0.0, float(seen.stroke_m[seen.axis(place)])
+
     def robot_price(self, seen: RobotSeen, place: str, values: Values) -> float:
         """What it costs that the piston at its place hardly ever leaves it."""
         return _never_left(seen.extension_m[:, seen.axis(place)], values["start"])
 
 
 TRIED, BEYOND_M = (0.35, 0.65, 1.0), 0.15
-"""Shares of the travel at which a cushion of the robot is tried to begin; and how far beyond it: a
-piston may be inside its cushion all along.
+"""Shares of the travel at which a cushion of the robot is tried to begin; and how far beyond it,
+but inside the cylinder: a piston may be inside its cushion all along.
 """
 
 
-def _tried(low: float, high: float) -> Array:
-    """Extensions at which it is tried to begin, m, by the least and greatest that were visited."""
-    return np.append(low + np.array(TRIED) * (high - low), high + BEYOND_M)
+def _tried(seen: RobotSeen, axis: int) -> Array:
+    """Extensions at which the cushion of a cylinder is tried to begin, m."""
+    low, high = seen.travel_m(axis)
+    last = max(min(high + BEYOND_M, float(seen.stroke_m[axis])), high)
+    return np.append(low + np.array(TRIED) * (high - low), last)
 
 
 EFFECTS = (Cushion(),)

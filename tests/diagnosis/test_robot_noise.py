@@ -158,6 +158,7 @@ def test_a_piston_inside_its_cushion_all_along_shows_it() -> None:
             extension_m=extension[:, None],
             axis=lambda _: 0,
             bins=20,
+            stroke_m=np.array([0.5]),
             travel_m=lambda _: (extension.min(), extension.max()),
         ),
     )

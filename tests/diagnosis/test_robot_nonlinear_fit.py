@@ -116,6 +116,20 @@ def test_a_cushion_that_its_piston_leaves_is_no_spring() -> None:
     assert singles[0].log_factor > singles[1].log_factor + 5.0
 
 
+def test_a_spring_that_rests_beyond_its_cylinder_is_no_cushion() -> None:
+    """The law is a cushion's that would begin where the piston never comes."""
+    seen = balanced().seen
+    beyond = float(seen.stroke_m[AXIS]) + 0.1
+    missing = 8.0e4 * (seen.extension_m[:, AXIS] - beyond)
+    balances = asked(seen, missing, 10.0, "force.cushion", "force.spring")
+    ledger = Ledger(balances)
+    singles = [one for one in weighed_by_law(ledger, ledger.best()) if len(one.names) == 1]
+    assert singles[0].names == (f"force.spring@{PLACE}",)
+    assert singles[0].log_factor > singles[1].log_factor + 5.0
+    start = interval(asked(seen, missing, 10.0, "force.cushion"), "start")[0]
+    assert start == pytest.approx(seen.stroke_m[AXIS])
+
+
 def test_beside_a_long_delay_a_spring_is_no_cushion() -> None:
     """Of the pair with a cushion the delay is weighed by its signature, as beside the spring."""
     seen = shaken(DELAY_S)

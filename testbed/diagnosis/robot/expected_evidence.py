@@ -18,6 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.special import expit
 
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
@@ -27,7 +28,7 @@ from testbed.diagnosis.robot.probabilities import Names, calibration, tempered
 from testbed.diagnosis.robot.two_recordings import NOTHING, Changes, of_first, together
 from testbed.effects.signature import Change
 
-DRAWS = 3
+DRAWS = 8
 """So many numbers that a recording leaves possible are tried of each set, beside the likeliest."""
 
 
@@ -45,24 +46,24 @@ class ExpectedEvidence:
             for names in rivals
         }
 
-    def gain(self, rehearsed: Balances) -> float:
-        """How much evidence a motion may be expected to bring between two of them: how far the
-        evidence of both recordings for the true one would be above that of the other, in the mean
-        over all pairs by how likely both are, of what gaps count.
+    def chance(self, rehearsed: Balances) -> float:
+        """That both recordings would tell a true one of them from a false one, 0.5 where the motion
+        says nothing: how sure their evidence would be of the true one, in the mean over all pairs
+        by how likely both are, and over the numbers that the recording leaves possible.
         """
         both = self._together(rehearsed)
         if not both.raw:
-            return 0.0
-        gained, weight = 0.0, 0.0
+            return 0.5
+        told, weight = 0.0, 0.0
         for true, likely in self.rivals.items():
             for one in self._found[true]:
                 evidence = self._evidence(both, rehearsed, one)
                 for other, chance in self.rivals.items():
                     if other != true:
                         share = likely * chance / len(self._found[true])
-                        gained += share * counted(evidence[true] - evidence[other])
+                        told += share * sureness(evidence[true] - evidence[other])
                         weight += share
-        return gap_of(gained / weight)
+        return told / weight
 
     def _evidence(
         self, both: Balances, rehearsed: Balances, found: Fitted
@@ -139,20 +140,13 @@ def _known_beside(balances: Balances, sound: Mapping[str, RawGroup]) -> Balances
     return replace(balances, raw=raw)
 
 
-def counted(gap: float) -> float:
-    """How much a gap between two sets counts, of either sign: ten times the evidence is not ten
-    times as sure, see probabilities.tempered.
+def sureness(gap: float) -> float:
+    """Probability of the better of two sets by a gap in their evidence, of either sign: ten times
+    the evidence is not ten times as sure, see probabilities.tempered.
     """
-    return math.copysign(float(tempered(np.array(abs(gap)), _much())), gap)
-
-
-def gap_of(count: float) -> float:
-    """The gap that counts so much."""
-    return math.copysign(_much() * math.expm1(abs(count) / _much()), count)
-
-
-def _much() -> float:
-    return float(calibration()["much"])
+    numbers = calibration()
+    counted = float(tempered(np.array(abs(gap)), float(numbers["much"])))
+    return float(expit(math.copysign(float(numbers["share"]) * counted, gap)))
 
 
 def _missing_nothing(balances: Balances) -> Balances:

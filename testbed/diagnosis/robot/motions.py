@@ -1,10 +1,10 @@
 """The motion that would part two hypotheses: each of a small catalogue is rehearsed on the machine
-as it is believed, and the evidence that it may be expected to bring is what it is chosen by.
+as it is believed, and chosen by the chance that it tells them apart.
 
 Nothing is known of the second recording but what the first one says: see expected_evidence.py.
 Where none of the catalogue promises enough to part the two, no motion is chosen, and what would
-tell them apart is said in words: some pairs no motion on the feet can part, as a spring and a
-cushion that begins beyond the end of its cylinder.
+tell them apart is said in words: some pairs no motion on the feet can part, as a spring that rests
+at the end of its cylinder and a cushion that begins there.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from testbed.diagnosis.robot.diagnose import AMBIGUOUS, RobotDiagnosis
+from testbed.diagnosis.robot.diagnose import RobotDiagnosis
 from testbed.diagnosis.robot.expected_evidence import ExpectedEvidence
 from testbed.diagnosis.robot.groups import Balances
 from testbed.diagnosis.robot.hypotheses import Ledger
@@ -148,20 +148,26 @@ def rivals(hypotheses: tuple[tuple[Names, float], ...]) -> tuple[Names, Names] |
 def promises(
     first: Ledger, parted: Mapping[Names, float], rehearsals: Mapping[str, Balances]
 ) -> dict[str, float]:
-    """Motion -> how much evidence it may be expected to bring between sets of effects, each with
-    its probability; `first`: of the recording that could not part them, `rehearsals`: of the
-    believed machine's motions.
+    """Motion -> the chance, 0.5 to 1, that with it a true one of these sets of effects is told from
+    a false one; `parted`: the sets with their probabilities, `first`: of the recording that could
+    not part them, `rehearsals`: of the believed machine's motions.
     """
     expected = ExpectedEvidence(first, parted)
-    return {name: expected.gain(rehearsed) for name, rehearsed in rehearsals.items()}
+    return {name: expected.chance(rehearsed) for name, rehearsed in rehearsals.items()}
 
 
 def parting(promised: Mapping[str, float]) -> list[str]:
-    """The motions that promise to part them, the best first: at least AMBIGUOUS, for of several
-    rivals some may be alike in every motion.
+    """The motions that promise to part them, the best first: those of a chance of at least WORTH,
+    for of several rivals some may be alike in every motion.
     """
-    enough = [name for name, gap in promised.items() if gap >= AMBIGUOUS]
+    enough = [name for name, chance in promised.items() if chance >= WORTH]
     return sorted(enough, key=promised.__getitem__, reverse=True)
+
+
+WORTH = 0.65
+"""Least chance that a motion tells rivals apart for which it is made: as likely as the better of
+two is at most before (CLOSE).
+"""
 
 
 def instead_of_a_motion(two: tuple[Names, Names]) -> str:

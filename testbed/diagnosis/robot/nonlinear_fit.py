@@ -24,7 +24,7 @@ from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.two_recordings import Changes, of_first
 from testbed.diagnosis.robot.unexplained import listed
 from testbed.effects import place_of
-from testbed.effects.signature import Change
+from testbed.effects.signature import Change, RobotSeen
 from testbed.effects.terms import Coordinate
 
 Array = npt.NDArray[np.float64]
@@ -193,7 +193,10 @@ class _Fit:
             values: dict[str, float] = {}
             if bends(old.candidate):
                 values = linear.parameters(old, linear.mean, balances)
-                coordinates = tuple(_coordinate(old.candidate, k, values[k]) for k in effect.bends)
+                seen = balances.body.seen
+                coordinates = tuple(
+                    _coordinate(old.candidate, seen, k, values[k]) for k in effect.bends
+                )
                 own = np.array([_fitted_unit(c, c.start) for c in coordinates])
                 centre = np.array([c.prior[0] if c.prior else 0.0 for c in coordinates])
                 sd = np.array([c.prior[1] if c.prior else np.inf for c in coordinates])
@@ -291,8 +294,15 @@ class _Fit:
         free = np.ix_(self.free, self.free)
         step, covariance = np.zeros(len(numbers)), np.diag(1.0 / np.diag(inside))
         covariance[free] = np.linalg.inv(inside[free])
-        step[self.free] = covariance[free] @ slope[self.free]
+        moving = self.free & ~self._pushed_out(numbers, slope)
+        step[moving] = np.linalg.solve(inside[np.ix_(moving, moving)], slope[moving])
         return self.sd * step, covariance * np.outer(self.sd, self.sd)
+
+    def _pushed_out(self, numbers: Array, slope: Array) -> npt.NDArray[np.bool_]:
+        """(k,) the numbers at a bound beyond which they are likelier."""
+        nudge = DIFFERENCE**2 * np.sign(slope) * np.where(np.isfinite(self.sd), self.sd, 1.0)
+        nudged = numbers + nudge
+        return np.asarray((within(self.parts, nudged) == numbers) & (slope != 0.0), dtype=np.bool_)
 
     def _columns(self, group: RawGroup, numbers: Array) -> Array:
         """(rows, k) how a group's rows change with each number."""
@@ -310,13 +320,18 @@ class _Fit:
         return np.column_stack(out)
 
 
-def _coordinate(candidate: Candidate, name: str, value: float) -> Coordinate:
-    """A parameter as a number to be fitted, on a machine of this size, from a value of it."""
+def _coordinate(candidate: Candidate, seen: RobotSeen, name: str, value: float) -> Coordinate:
+    """A parameter as a number to be fitted, on a machine of this size and build, from a value of
+    it.
+    """
     effect = candidate.effect
     spec = effect.spec(name)
     lowest = spec.prior[0] if spec.log else spec.low
     found = spec.coordinate(effect.kind, max(value, lowest), effect.seen_in)
-    return found.sized(effect.grows(name, candidate.scale), found.low, found.high)
+    sized = found.sized(effect.grows(name, candidate.scale), found.low, found.high)
+    low, high = effect.lies_within(name, seen, candidate.place)
+    low, high = max(low, sized.low), min(high, sized.high)
+    return replace(sized, low=low, high=high, start=min(max(sized.start, low), high))
 
 
 def within(parts: Sequence[Part], numbers: Array) -> Array:
