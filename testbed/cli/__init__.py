@@ -75,6 +75,7 @@ LAB: dict[str, Callable[..., None]] = {
     "wrong-beliefs": lab.wrong_beliefs,
     "paper-sensitivity": lab.paper_sensitivity,
     "robot-diagnosis": lab.robot_diagnosis,
+    "other-laws": lab.other_laws,
     "robot-close": lab.robot_close,
     "plain-effects": lab.plain_effects,
     "bench-diagnosis": lab.bench_diagnosis,

@@ -44,6 +44,7 @@ EXAMPLES: dict[str, str] = {
     "wrong-beliefs": "lab wrong-beliefs --out beliefs",
     "paper-sensitivity": "lab paper-sensitivity --out sensitivity",
     "robot-diagnosis": "lab robot-diagnosis --runs 6 --out trials --jobs 2",
+    "other-laws": "lab other-laws --runs 6 --family bristles --out trials --jobs 2",
     "robot-close": "lab robot-close --runs 10 --out close",
     "plain-effects": "lab plain-effects --effect robot.payload --out plain",
     "bench-diagnosis": "lab bench-diagnosis --out benches",

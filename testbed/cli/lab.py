@@ -156,6 +156,31 @@ def robot_diagnosis(
 
 
 @spread
+def other_laws(
+    work: Work,
+    runs: Annotated[int, typer.Option(min=1, help="How many random runs.")] = 60,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run.")] = 2000,
+    family: Annotated[
+        list[str] | None,
+        typer.Option(help="A law that all worlds have; may be repeated. [drawn for each machine]"),
+    ] = None,
+    size: Annotated[
+        float, typer.Option(min=0.0, max=20.0, help="Of all laws, times what a workshop leaves.")
+    ] = 1.0,
+    recordings: Recordings = None,
+) -> None:
+    """Test the whole robot's diagnosis blind on machines of other laws: seals, sensors, pump and
+    ropes are as no simulated machine's, by changing what was recorded.
+    """
+    from testbed.benchmarks.diagnosis.other_worlds import OtherWorld
+    from testbed.benchmarks.diagnosis.robot_other_laws import RobotOtherLaws
+    from testbed.benchmarks.diagnosis.robot_trials import Asked
+
+    world = OtherWorld(tuple(family or ()), size)
+    work.show(RobotOtherLaws(runs, first_seed, Asked(recordings, False, False, world=world)))
+
+
+@spread
 def robot_close(
     work: Work,
     runs: Annotated[int, typer.Option(min=1, help="Among so many seeds; two in five serve.")] = 60,

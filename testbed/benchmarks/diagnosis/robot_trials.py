@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from testbed.benchmarks.diagnosis.robot_draws import MOTIONS, Drawn, drawn
+from testbed.benchmarks.diagnosis.other_worlds import OtherWorld
+from testbed.benchmarks.diagnosis.robot_draws import BEFORE, MOTIONS, Drawn, drawn
 from testbed.benchmarks.diagnosis.robot_recordings import Run, run_of
 from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.effects import by_name
@@ -44,13 +45,19 @@ SETTLED_S = 1.0
 class Asked:
     """How a trial is made. `recordings`: folder for its simulated runs; `second`: whether a second
     motion decides what the first cannot; `closed`: whether what was found is believed elsewhere;
-    `alone`: whether the run is diagnosed without one from before as well.
+    `alone`: whether the run is diagnosed without one from before as well; `world`: of which laws
+    the machine is, None: of the simulator's.
     """
 
     recordings: Path | None = None
     second: bool = True
     closed: bool = True
     alone: bool = True
+    world: OtherWorld | None = None
+
+    def in_world(self, run: Run, seed: int, recording: int = 0) -> Run:
+        """A run of the machine of a seed as its world would have it: see OtherWorld.recorded."""
+        return run if self.world is None else self.world.recorded(run, seed, recording)
 
 
 ALL_ASKED = Asked()
@@ -68,6 +75,7 @@ def trial_of(case: Drawn, asked: Asked) -> Trial:
     from testbed.diagnosis.robot.diagnose import judged
 
     run, before = run_of(case.scenario(), asked.recordings), before_of(case, asked)
+    run, before = asked.in_world(run, case.seed), asked.in_world(before, case.seed, BEFORE)
     began = perf_counter()
     balances = balances_in(run, before)
     found = judged(f"seed-{case.seed}", balances)
