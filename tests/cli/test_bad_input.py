@@ -236,6 +236,10 @@ COMMANDS: dict[str, tuple[list[str], str]] = {
         ["lab", "plain-effects", "--effect", "friction.laod", "--out", "p"],
         "--effect = 'friction.laod': no such kind of effect, did you mean 'friction.load'?",
     ),
+    "no_such_family_of_laws": (
+        ["lab", "other-laws", "--family", "bristels", "--out", "o"],
+        "--family = 'bristels': no such family of laws, did you mean 'bristles'?",
+    ),
     "check_of_a_folder_with_a_foreign_link": (
         ["check", "linked"],
         "linked/recording.yaml: no such file",

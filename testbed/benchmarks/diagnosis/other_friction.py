@@ -144,11 +144,13 @@ def pistons_of(data: Mapping[str, Array], robot: Robot, rng: np.random.Generator
 
 
 def change_of(
-    law: str, data: Mapping[str, Array], robot: Robot, rng: np.random.Generator
+    law: str, data: Mapping[str, Array], robot: Robot, rng: np.random.Generator, size: float
 ) -> dict[str, Array]:
-    """Column -> (samples,) Pa by which the pressures are higher with friction of this law."""
+    """Column -> (samples,) Pa by which the pressures are higher with friction of this law that is
+    `size` times as large as SHARE_OF_COULOMB.
+    """
     pistons = pistons_of(data, robot, rng)
-    force_n = pistons.level_n * LAWS[law](pistons, rng)
+    force_n = size * pistons.level_n * LAWS[law](pistons, rng)
     out = {}
     for axis, force in zip(AXES, force_n.T, strict=True):
         now = np.interp(data["t"], pistons.time_s, force)

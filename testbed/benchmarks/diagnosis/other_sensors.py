@@ -35,12 +35,15 @@ SLOWEST_HZ = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """A recording that is to be changed: its columns, its robot as believed, random numbers."""
+    """A recording that is to be changed: its columns, its robot as believed, random numbers, and
+    how large what changes it is (see other_worlds).
+    """
 
     data: Mapping[str, Array]
     robot: Robot
     own: np.random.Generator
     passing: np.random.Generator
+    size: float = 1.0
 
     @property
     def sensor(self) -> Sensor:
@@ -152,7 +155,9 @@ def other_filter(recorded: Recorded) -> Changes:
 
 
 def encoders(recorded: Recorded) -> Changes:
-    """Backlash of 0.1 mm and a wave of 0.02 to 0.06 mm every 2 to 10 mm, at the piston."""
+    """Backlash of 0.1 mm and a wave of 0.02 to 0.06 mm every 2 to 10 mm, at the piston; in whole
+    counts.
+    """
     names = [f"position_{axis}" for axis in AXES]
     joints = np.column_stack([recorded.smoothed(name) for name in names])
     extension, arm = recorded.robot.linkages.rods(joints)
@@ -160,13 +165,13 @@ def encoders(recorded: Recorded) -> Changes:
     play = 0.5e-4 * own.uniform(0.5, 1.5, count)
     pitch, phase = own.uniform(2e-3, 10e-3, count), own.uniform(0.0, 2.0 * np.pi, count)
     wave = own.uniform(2e-5, 6e-5, count) * np.sin(2.0 * np.pi * extension / pitch + phase)
-    change = (wave - play * elastic(extension, play)) / np.abs(arm)
-    out = {}
-    for k in range(count):
-        s, read = recorded.sensor, recorded.data[names[k]]
-        turn = 2.0 * np.pi / s.encoder_counts_per_turn
-        step = turn if k in ROTATION else s.encoder_linear_m
-        out[names[k]] = np.round((read + change[:, k]) / step) * step - read
+    change = recorded.size * (wave - play * elastic(extension, play)) / np.abs(arm)
+    sensor, out = recorded.sensor, {}
+    turn = 2.0 * np.pi / sensor.encoder_counts_per_turn
+    for k, name in enumerate(names):
+        step = turn if k in ROTATION else sensor.encoder_linear_m
+        counts = recorded.data[name] / step
+        out[name] = step * (np.round(counts + change[:, k] / step) - np.round(counts))
     return out
 
 
@@ -202,3 +207,11 @@ KINDS: Mapping[str, Kind] = {
         *(ripple, rope_friction),
     )
 }
+
+
+def change_of(kind: str, recorded: Recorded) -> Changes:
+    """Column -> (n,) by which it is another one with sensors of this kind, of the recording's size;
+    encoders', which count, look at that themselves.
+    """
+    times = 1.0 if kind == encoders.__name__ else recorded.size
+    return {name: times * change for name, change in KINDS[kind](recorded).items()}

@@ -76,12 +76,12 @@ def _with(family: str, run: Run, size: float, seeds: tuple[int, int]) -> Run:
         return replace(run, surveyed=_sagging(run, size, own))
     robot = _robot(run)
     if family in FRICTION:
-        changes = other_friction.change_of(family, run.data, robot, own)
+        changes = other_friction.change_of(family, run.data, robot, own, size)
     else:
         passing = np.random.default_rng([seeds[0], 71, index, seeds[1]])
-        recorded = other_sensors.Recorded(run.data, robot, own, passing)
-        changes = other_sensors.KINDS[family](recorded)
-    return replace(run, data=_changed(run.data, changes, size, robot))
+        recorded = other_sensors.Recorded(run.data, robot, own, passing, size)
+        changes = other_sensors.change_of(family, recorded)
+    return replace(run, data=_changed(run.data, changes, robot))
 
 
 def _robot(run: Run) -> Robot:
@@ -91,15 +91,15 @@ def _robot(run: Run) -> Robot:
 
 
 def _changed(
-    data: Mapping[str, Array], changes: Mapping[str, Array], size: float, robot: Robot
+    data: Mapping[str, Array], changes: Mapping[str, Array], robot: Robot
 ) -> dict[str, Array]:
-    """The columns with so many times these changes; pressures stay within their range, and where
+    """The columns with these changes; pressures stay within their range, and where
     they had ended at an end of it they stay there.
     """
     out, most = dict(data), robot.machine.sensor.pressure_range_pa
     for name, change in changes.items():
         read = data[name]
-        made = read + size * change
+        made = read + change
         if name in other_sensors.PRESSURES:
             ended = (read <= 0.0) | (read >= most)
             made = np.where(ended, read, np.clip(made, 0.0, most))

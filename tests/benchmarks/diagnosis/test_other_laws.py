@@ -67,7 +67,8 @@ def test_each_law_changes_something_and_twice_its_size_twice_as_much(family: str
     moved = [name for name in one if np.any(one[name])]
     assert moved
     for name in moved:
-        assert np.allclose(two[name], 2.0 * one[name], rtol=0.02, atol=1e-6 * np.ptp(one[name]))
+        counts = 6.3e-4 if family == "encoders" else 1e-6 * np.ptp(one[name])
+        assert np.allclose(two[name], 2.0 * one[name], rtol=0.02, atol=2.0 * counts)
 
 
 def _change(run: Run, world: OtherWorld) -> dict[str, Array]:
@@ -76,6 +77,13 @@ def _change(run: Run, world: OtherWorld) -> dict[str, Array]:
     out = {name: made.data[name] - run.data[name] for name in run.data}
     ropes, there = (r.surveyed["rope_directions_in_world"] for r in (made, run))
     return out | {side: np.subtract(ropes[side], there[side]) for side in ropes}
+
+
+def test_encoders_go_on_counting(run: Run) -> None:
+    change = _change(run, OtherWorld(("encoders",), 3.0))[f"position_{AXES[1]}"]
+    counts = change / build_machine().sensor.encoder_linear_m
+    assert np.allclose(counts, np.round(counts), atol=1e-6)
+    assert 1.0 <= np.abs(counts).max() <= 5.0
 
 
 @pytest.mark.parametrize("family", FRICTION)
