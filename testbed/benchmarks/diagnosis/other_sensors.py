@@ -31,12 +31,16 @@ them.
 LOOPS = (0.25, 0.75, 1.25, 1.75)
 """Radii of the elements of a loop, of half its width: small motions make small loops."""
 SLOWEST_HZ = 0.02
+MOST_OF_NYQUIST = 0.9
+"""A filter with a corner beyond this share of half the sampling rate filters nothing."""
+TENSION_RANGE_N = 6.0e4
+"""Of load pins (E)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
     """A recording that is to be changed: its columns, its robot as believed, random numbers, and
-    how large what changes it is (see other_worlds).
+    how large what changes it is: loops, noise and counts times that, corners of filters by it.
     """
 
     data: Mapping[str, Array]
@@ -92,7 +96,7 @@ def coloured_noise(recorded: Recorded) -> Changes:
     size |= {f"specific_force_{k}": own.uniform(2e-3, 1e-2) for k in XYZ}
     size |= {f"attitude_{k}": own.uniform(5e-5, 2e-4) for k in ("roll", "pitch")}
     return {
-        name: sd * flicker(count, recorded.rate_hz, exponent, recorded.passing)
+        name: recorded.size * sd * flicker(count, recorded.rate_hz, exponent, recorded.passing)
         for name, sd in size.items()
         if name in recorded.data
     }
@@ -100,10 +104,10 @@ def coloured_noise(recorded: Recorded) -> Changes:
 
 def coarse_counts(recorded: Recorded) -> Changes:
     """Converters of 11 or 12 bits that count from another zero, of pressures, supply and ropes."""
-    sensor, out = recorded.sensor, {}
+    range_pa, out = recorded.sensor.pressure_range_pa, {}
     for name in (*PRESSURES, SUPPLY, *TENSIONS):
-        whole = 6.0e4 if name in TENSIONS else sensor.pressure_range_pa * (1 + (name == SUPPLY))
-        count = whole / 2.0 ** recorded.own.integers(11, 13)
+        whole = TENSION_RANGE_N if name in TENSIONS else range_pa * (1 + (name == SUPPLY))
+        count = recorded.size * whole / 2.0 ** recorded.own.integers(11, 13)
         first = count * recorded.own.random()
         values = recorded.data[name]
         out[name] = np.round((values - first) / count) * count + first - values
@@ -113,9 +117,10 @@ def coarse_counts(recorded: Recorded) -> Changes:
 def hysteresis(recorded: Recorded) -> Changes:
     """Pressure sensors whose loop is 0.1 to 0.25 % of the range wide."""
     names = list(PRESSURES)
-    width = recorded.sensor.pressure_range_pa * recorded.own.uniform(1e-3, 2.5e-3, len(names))
+    share = recorded.size * recorded.own.uniform(1e-3, 2.5e-3, len(names))
+    half_pa = 0.5 * recorded.sensor.pressure_range_pa * share
     read = np.column_stack([recorded.smoothed(name) for name in names])
-    behind = [0.5 * width * r * elastic(read, 0.5 * width * r) for r in LOOPS]
+    behind = [half_pa * r * elastic(read, half_pa * r) for r in LOOPS]
     return dict(zip(names, -np.mean(behind, axis=0).T, strict=True))
 
 
@@ -127,17 +132,17 @@ def hum(recorded: Recorded) -> Changes:
     range_pa = recorded.sensor.pressure_range_pa
     size = {name: range_pa * own.uniform(5e-4, 2e-3) for name in (*PRESSURES, SUPPLY)}
     size |= {name: own.uniform(20.0, 60.0) for name in TENSIONS}
-    return {name: sd * wave for name, sd in size.items()}
+    return {name: recorded.size * sd * wave for name, sd in size.items()}
 
 
 def uneven_clock(recorded: Recorded) -> Changes:
     """Samples taken up to a sample late, each channel by its own, and jittering by 0.1 to 0.4."""
-    period_s, time_s = 1.0 / recorded.rate_hz, recorded.time_s
+    late_s, time_s = recorded.size / recorded.rate_hz, recorded.time_s
     jitter = recorded.own.uniform(0.1, 0.4) * recorded.passing.standard_normal(len(time_s))
     names = (*PRESSURES, SUPPLY, *TENSIONS, *(f"position_{axis}" for axis in AXES))
     out = {}
     for name in names:
-        taken_s = time_s - period_s * (recorded.own.random() + jitter)
+        taken_s = time_s - late_s * (recorded.own.random() + jitter)
         out[name] = np.interp(taken_s, time_s, recorded.data[name]) - recorded.data[name]
     return out
 
@@ -145,7 +150,9 @@ def uneven_clock(recorded: Recorded) -> Changes:
 def other_filter(recorded: Recorded) -> Changes:
     """Another low-pass before all pressures' converters: first to fourth order, 40 to 200 Hz."""
     order = int(recorded.own.integers(1, 5))
-    corner_hz = min(float(np.exp(recorded.own.uniform(*np.log([40.0, 200.0])))), 400.0)
+    corner_hz = float(np.exp(recorded.own.uniform(*np.log([40.0, 200.0])))) / recorded.size
+    if corner_hz > MOST_OF_NYQUIST * 0.5 * recorded.rate_hz:
+        return {}
     b, a = butter(order, corner_hz, fs=recorded.rate_hz)
     out = {}
     for name in (*PRESSURES, SUPPLY):
@@ -181,7 +188,8 @@ def ripple(recorded: Recorded) -> Changes:
     """
     own = recorded.own
     angle = 2.0 * np.pi * own.uniform(150.0, 300.0) * recorded.time_s
-    wave = own.uniform(3e4, 1.5e5) * np.sin(angle + recorded.passing.uniform(0.0, 6.0))
+    size_pa = recorded.size * own.uniform(3e4, 1.5e5)
+    wave = size_pa * np.sin(angle + recorded.passing.uniform(0.0, 6.0))
     out = {SUPPLY: wave}
     for axis in AXES:
         open_ = np.abs(recorded.data[f"valve_{axis}"]) > 0.03
@@ -195,7 +203,7 @@ def rope_friction(recorded: Recorded) -> Changes:
     out = {}
     for name in TENSIONS:
         read = recorded.smoothed(name)[:, None]
-        held = float(recorded.own.uniform(1e-3, 4e-3) * np.mean(read))
+        held = recorded.size * float(recorded.own.uniform(1e-3, 4e-3) * np.mean(read))
         out[name] = -held * elastic(read, 2.0 * held)[:, 0]
     return out
 
@@ -210,8 +218,7 @@ KINDS: Mapping[str, Kind] = {
 
 
 def change_of(kind: str, recorded: Recorded) -> Changes:
-    """Column -> (n,) by which it is another one with sensors of this kind, of the recording's size;
-    encoders', which count, look at that themselves.
+    """Column -> (n,) by which it is another one with sensors of this kind; none where it has no
+    size.
     """
-    times = 1.0 if kind == encoders.__name__ else recorded.size
-    return {name: times * change for name, change in KINDS[kind](recorded).items()}
+    return KINDS[kind](recorded) if recorded.size > 0.0 else {}

@@ -33,6 +33,10 @@ SURVEYED = {
 }
 
 
+TAKES_NOISE_AWAY = ("uneven_clock", "other_filter")
+"""What these change most is noise, and all of it is gone at their usual size."""
+
+
 @pytest.fixture(scope="module")
 def run() -> Run:
     """A machine whose pistons go out and in together, as its sensors would read it."""
@@ -62,13 +66,15 @@ def test_a_law_of_no_size_leaves_a_recording_bit_by_bit(family: str, run: Run) -
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_each_law_changes_something_and_twice_its_size_twice_as_much(family: str, run: Run) -> None:
-    one, two = (_change(run, OtherWorld((family,), size)) for size in (1.0, 2.0))
+def test_each_law_changes_something_and_the_more_the_larger_it_is(family: str, run: Run) -> None:
+    small, one, three = (_change(run, OtherWorld((family,), size)) for size in (0.01, 1.0, 3.0))
     moved = [name for name in one if np.any(one[name])]
     assert moved
+    grows = 0.9 if family in TAKES_NOISE_AWAY else 1.5
     for name in moved:
-        counts = 6.3e-4 if family == "encoders" else 1e-6 * np.ptp(one[name])
-        assert np.allclose(two[name], 2.0 * one[name], rtol=0.02, atol=2.0 * counts)
+        least, usual, most = (float(np.abs(made[name]).mean()) for made in (small, one, three))
+        assert least < 0.2 * usual
+        assert grows * usual < most < 5.0 * usual
 
 
 def _change(run: Run, world: OtherWorld) -> dict[str, Array]:
