@@ -36,7 +36,7 @@ def contents(diagnosis: RobotDiagnosis) -> dict[str, Any]:
         "name": diagnosis.name,
         "verdict": diagnosis.verdict.kind,
         "headline": headline(diagnosis),
-        "believed": found.get("believed", True),
+        "not_believed": found.get("not_believed", ""),
         "beyond": diagnosis.beyond,
         "effects": [effect | {"text": by_name(effect["name"]).text} for effect in found["effects"]],
         "hypotheses": [

@@ -123,7 +123,7 @@ def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
         "hidden": hidden_effects(scenario),
         "truth": hidden_numbers(scenario),
         "effects": found["effects"],
-        "believed": found.get("believed", True),
+        "not_believed": found.get("not_believed", ""),
         **_said(found),
         "residual_n": found["error"]["force_n"],
         **_errors(before, after),

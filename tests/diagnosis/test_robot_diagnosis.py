@@ -7,7 +7,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -21,6 +21,7 @@ from testbed.benchmarks.harness import LINES
 from testbed.diagnosis.leg.findings import FORMAT
 from testbed.diagnosis.robot.diagnose import (
     NO_ROPES,
+    PLACE_IN_DOUBT,
     SHORTEST_S,
     RobotDiagnosis,
     Verdict,
@@ -117,6 +118,32 @@ def test_scores_count_names_places_intervals_and_what_is_closed() -> None:
     assert wrong["place_named"]["share"] == 1.0 and wrong["name_and_place"]["share"] == 0.0
 
 
+SURE = Verdict("effect", cast(Any, None), ((("sensor.gain_a@fl_vertical",), 1.0),), {})
+
+
+@pytest.mark.parametrize(
+    ("rivals", "believed"),
+    [
+        ({}, True),
+        ({"sensor.gain_b@fl_vertical": 0.4}, True),
+        ({"sensor.gain_a@fr_vertical": 0.1, "sensor.gain_b@fl_vertical": 0.4}, True),
+        ({"sensor.gain_a@fr_vertical": 0.3}, False),
+    ],
+)
+def test_forces_are_corrected_where_the_place_of_what_was_found_is_sure(
+    rivals: dict[str, float], believed: bool
+) -> None:
+    found = Found("sensor.gain_a", "fl_vertical", {"gain_error": Parameter(value=0.1, unit="1")})
+    errors = {FORCES: {"before": 1.0, "refit": 1.0, "after": 0.9}}
+    rest = 1.0 - sum(rivals.values())
+    sets = ((("sensor.gain_a@fl_vertical",), rest), *(((n,), p) for n, p in rivals.items()))
+    nothing: Any = None
+    told = Verdict("effect", nothing, sets, {})
+    said = RobotDiagnosis("run", nothing, nothing, told, (found,), errors, {})
+    assert len(models(said, RobotModelFile())["after"].effects) == believed
+    assert as_json(said).get("not_believed") == (None if believed else PLACE_IN_DOUBT)
+
+
 @pytest.mark.parametrize(
     ("before", "after", "believed"),
     [(1.0, 0.9, 1), (1.0, 1.0, 1), (1.0, 1.01, 1), (1.0, 1.03, 0), (6.0, 1.03, 1), (6.0, 1.06, 0)],
@@ -127,7 +154,7 @@ def test_what_predicts_forces_worse_is_said_but_not_believed(
     found = Found("sensor.gain_a", "fl_vertical", {"gain_error": Parameter(value=0.1, unit="1")})
     errors = {FORCES: {"before": before, "refit": 1.0, "after": after}}
     nothing: Any = None
-    said = RobotDiagnosis("run", nothing, nothing, nothing, (found,), errors, {})
+    said = RobotDiagnosis("run", nothing, nothing, SURE, (found,), errors, {})
     assert len(models(said, RobotModelFile())["after"].effects) == believed
 
 
@@ -138,9 +165,7 @@ def test_what_one_second_alone_foretells_worse_may_be_chance() -> None:
     one, each = np.array([2.0, -0.3, 0.1, -0.2, 0.0]), np.array([0.4, 0.3, 0.2, 0.4, 0.3])
     assert not surely_more(one) and surely_more(each) and surely_more(each[:2])
     for added, believed in ((one, 1), (each, 0)):
-        said = RobotDiagnosis(
-            "run", nothing, nothing, nothing, (found,), errors, {}, added_n2=added
-        )
+        said = RobotDiagnosis("run", nothing, nothing, SURE, (found,), errors, {}, added_n2=added)
         assert len(models(said, RobotModelFile())["after"].effects) == believed
 
 

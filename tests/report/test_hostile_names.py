@@ -136,7 +136,7 @@ def test_the_pages_of_the_diagnosis(word: str) -> None:
     shared: dict[str, Any] = {
         "verdict": word,
         "headline": word,
-        "believed": False,
+        "not_believed": word,
         "effects": [effect],
         "left_out": [{"name": word, "reason": word}],
     }
@@ -199,7 +199,7 @@ def loop_row(word: str) -> dict[str, Any]:
         **dict.fromkeys(("probability", "before_n", "after_n"), 1.0),
         "truth": [{"name": word, "place": word, "parameters": {word: 1.0}}],
         "effects": [effect | {"ambiguous_with": [word]}],
-        "believed": False,
+        "not_believed": word,
         "residual_n": {"before": 1.0},
         "by_leg_n": {stage: dict.fromkeys(LEGS, 1.0) for stage in ("before", "after")},
         "seen": course,

@@ -22,7 +22,6 @@ QUANTITIES = {
     GROUND: "ground_rad",
 }
 """Group -> how its error is called; the oil's are `flow_m3_s`, the lines' `force_n`."""
-NOT_BELIEVED = "what was found predicts the kept-back forces worse than refitted tolerances do"
 
 
 def as_json(d: RobotDiagnosis) -> dict[str, Any]:
@@ -36,7 +35,8 @@ def as_json(d: RobotDiagnosis) -> dict[str, Any]:
         "rig": d.name,
         "verdict": d.verdict.kind,
         "effects": [_effect(d, found) for found in d.found],
-        **({"believed": d.predicts_forces} if d.found else {}),
+        **({"believed": not d.not_believed} if d.found else {}),
+        **({"not_believed": d.not_believed} if d.found and d.not_believed else {}),
         "hypotheses": [{"names": list(names), "probability": p / total} for names, p in listed],
         "error": {
             "force_n": d.errors[FORCES],
@@ -74,11 +74,11 @@ def _effect(d: RobotDiagnosis, found: Found) -> dict[str, Any]:
 
 
 def models(d: RobotDiagnosis, believed: RobotModelFile) -> dict[str, RobotModelFile]:
-    """`before`, `refit` and `after`: what was believed, and that with what was found, unless forces
-    that were kept back are predicted worse with it. Of a robot nothing is refitted that all
-    machines share: its numbers are commissioning's.
+    """`before`, `refit` and `after`: what was believed, and that with what was found, unless its
+    place is in doubt or forces that were kept back are predicted worse with it. Of a robot nothing
+    is refitted that all machines share: its numbers are commissioning's.
     """
-    found = d.found if d.predicts_forces else ()
+    found = () if d.not_believed else d.found
     new = tuple(
         PlacedEffect(name=f.kind, place=f.place, parameters=dict(f.parameters)) for f in found
     )
@@ -117,8 +117,8 @@ def summary_rows(d: RobotDiagnosis) -> tuple[list[str], list[list[str]]]:
         rows.append([spoken(found.name), numbers_in_words(found.parameters), probability])
     error = ", ".join(f"{k} {v:.0f}" for k, v in d.errors[FORCES].items())
     rows.append(["equations of motion", error, "missing on the part kept back, N and N m"])
-    if d.found and not d.predicts_forces:
-        rows.append(["model.yaml", "as before", NOT_BELIEVED])
+    if d.found and d.not_believed:
+        rows.append(["model.yaml", "as before", d.not_believed])
     return ["what", "value", "remark"], rows
 
 
