@@ -80,6 +80,7 @@ LAB: dict[str, Callable[..., None]] = {
     "plain-effects": lab.plain_effects,
     "bench-diagnosis": lab.bench_diagnosis,
     "kept-back-runs": lab.kept_back_runs,
+    "recording-mistakes": lab.recording_mistakes,
     "quotes": lab.quotes,
     "warning-numbers": lab.warning_numbers,
     "train-detector": lab.train_detector,

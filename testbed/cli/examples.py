@@ -49,6 +49,7 @@ EXAMPLES: dict[str, str] = {
     "plain-effects": "lab plain-effects --effect robot.payload --out plain",
     "bench-diagnosis": "lab bench-diagnosis --out benches",
     "kept-back-runs": "lab kept-back-runs measured --out kept_back",
+    "recording-mistakes": "lab recording-mistakes --out mistakes",
     "quotes": "lab quotes",
     "warning-numbers": "lab warning-numbers contact",
     "train-detector": "lab train-detector contact --out weights.npz",

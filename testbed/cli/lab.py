@@ -300,6 +300,39 @@ def kept_back_runs(
     work.show(KeptBackRuns(folder))
 
 
+@spread
+def recording_mistakes(
+    work: Work,
+    folders: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="[FOLDER...]", help="Folders with recordings. [drawn benches, drives and legs]"
+        ),
+    ] = None,
+    rigs: Annotated[int, typer.Option(min=1, help="Drawn rigs of each kind.")] = 6,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first drawn rig.")] = 500,
+    mistake: Annotated[
+        list[str] | None, typer.Option(help="A mistake by name; may be repeated. [all]")
+    ] = None,
+    use: Annotated[
+        str, typer.Option(help="What is then tried with each: read, identify or diagnose.")
+    ] = "read",
+) -> None:
+    """Plant every mistake that recordings come with into every recording below the folders, and
+    show what `testbed check` says of each, and of the recordings as they are.
+    """
+    from testbed.benchmarks.recording_mistakes.benchmark import USES, RecordingMistakes
+    from testbed.benchmarks.recording_mistakes.table import mistakes
+    from testbed.errors import check_one_of
+
+    names = [one.name for rows in mistakes().values() for one in rows]
+    for name in mistake or ():
+        check_one_of(name, names, "--mistake", "no such mistake")
+    check_one_of(use, USES, "--use", "no such use")
+    only = tuple(mistake or ())
+    work.show(RecordingMistakes(tuple(folders or ()), rigs, first_seed, only, use))
+
+
 def fit_bench_diagnosis(folders: Folders, out: File = None) -> None:
     """Fit the numbers of the diagnosis of benches and drives to rigs of `testbed lab
     bench-diagnosis`.
