@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.recording_mistakes.sample import REFERENCE, Sample
+from testbed.formats.arrays import Array
 from testbed.formats.units import UNITS
 from testbed.machine.names import AXES
 
@@ -191,17 +192,28 @@ def another_rate(factor: float) -> Plant:
 
 
 def frozen(quantity: str, seconds: float = FROZEN_S) -> Plant:
-    """One value from a moment in motion on; a valve's for half of the recording."""
+    """One value from a moment in motion on, a force's from where it changes most; a valve's for
+    half of the recording.
+    """
 
     def plant(sample: Sample) -> None:
         values, time = sample[quantity].copy(), sample["time"]
         row, lasts_s = sample.row_in_motion(), seconds
+        if quantity == "force":
+            row = _where_it_changes(values, round(seconds / sample.step_s()))
         if quantity == "valve_command":
             row, lasts_s = len(time) // 4, 0.5 * float(time[-1] - time[0])
         values[(time >= time[row]) & (time < time[row] + lasts_s)] = values[row]
         sample[quantity] = values
 
     return plant
+
+
+def _where_it_changes(values: Array, rows: int) -> int:
+    """The first of `rows` rows within the middle half over which values (n,) change most."""
+    first = np.arange(len(values) // 4, max(3 * len(values) // 4 - rows, len(values) // 4 + 1))
+    first = first[:: max(1, len(first) // 200)]
+    return int(max(first, key=lambda row: float(np.ptp(values[row : row + rows]))))
 
 
 def dead(quantity: str) -> Plant:

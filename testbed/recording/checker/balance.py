@@ -15,6 +15,7 @@ import numpy as np
 
 from testbed.recording.checker.finding import Finding
 from testbed.recording.checker.forces import FEW, Change, Forces
+from testbed.recording.checker.zero import constant_force, zero_finding
 from testbed.recording.known import Known
 
 SAME_SHAPE = 0.9
@@ -79,6 +80,7 @@ def suspects(forces: Forces, names: Mapping[str, str]) -> Iterator[Suspect]:
     if {"pressure_a", "pressure_b"} <= here:
         both = f"{names['pressure_a']}, {names['pressure_b']}"
         yield Suspect(both, "the chambers are exchanged", "exchange their columns", {"swap": 1.0})
+        yield _from_the_rod_end(both)
         for unit, factor in SCALES.items():
             yield from _scaled(both, unit, factor, ("pressure_a", "pressure_b"))
     pressures = sorted({"pressure_a", "pressure_b"} & here)
@@ -93,6 +95,16 @@ def suspects(forces: Forces, names: Mapping[str, str]) -> Iterator[Suspect]:
         for unit, factor in FORCE_SCALES.items():
             yield from _scaled(names[name], unit, factor, (name,))
     yield from _declared(forces.known)
+
+
+def _from_the_rod_end(label: str) -> Suspect:
+    turned = {"swap": 1.0, "position": -1.0, "reference": -1.0, "weight": -1.0}
+    return Suspect(
+        label,
+        "all is counted from the rod's end, where chamber A has the smaller area",
+        "exchange their columns, and turn the signs of position, forces and valve, and the axis",
+        turned,
+    )
 
 
 def _declared(known: Known) -> Iterator[Suspect]:
@@ -147,15 +159,20 @@ def check_balance(
         yield _says_nothing(names[silent], as_it_is)
         return
     scales = [] if silent is not None else _other_scales(forces, names, as_it_is)
+    constant = constant_force(forces)
+    rivals = [left for left, *_ in (*scales[:1], *trials[:1])]
+    if constant is not None and all(constant.left < ALIKE * left for left in rivals):
+        yield zero_finding(constant, forces, names, as_it_is)
+        return
     if not trials or (scales and scales[0][0] < FAR_BETTER * trials[0][0]):
         yield from _scaled_or_open(forces, scales, as_it_is, near)
         return
     best = trials[0][0]
     alike = [change for left, change in trials if left <= max(ALIKE * best, best + 0.1 * WORST)]
-    first, others = alike[0], alike[1:4]
-    what = first.what
-    if others:
-        what += " (or " + ", or ".join(f"{other.channel}: {other.what}" for other in others) + ")"
+    first, others = alike[0], [f"{other.channel}: {other.what}" for other in alike[1:4]]
+    if "absolute" in first.change:  # at a held pressure a scale leaves as little
+        others += [f"{label}: times {by:.3g}" for left, label, by in scales if left <= ALIKE * best]
+    what = first.what + (f" (or {', or '.join(others)})" if others else "")
     yield Finding(
         "error",
         first.channel,
@@ -223,15 +240,22 @@ Scale = tuple[float, str, float]
 def _other_scales(forces: Forces, names: Mapping[str, str], as_it_is: float) -> list[Scale]:
     """The factors of single channels that make the balance close, the best first."""
     found = []
-    for name, label in {"position": "position", **names}.items():
+    for name, label in {"position": "position", "bore_m": "known.bore_m", **names}.items():
         inertia = name == "position" and forces.known.moving_mass_kg
-        if (name in FORCES and name in forces.even.series) or inertia:
+        bore = name == "bore_m" and "pressure_a" in forces.even.series
+        if (name in FORCES and name in forces.even.series) or inertia or bore:
             factor = _best_factor(forces, name)
             left = forces.misfit({name: factor})
             closes = left < min(MENDED**2 * as_it_is, max(CLOSED, GROSS * as_it_is))
             if closes and leaves_fewer_newtons(forces, {name: factor}):
                 found.append((left, label, factor))
     return sorted(found)
+
+
+def _of_force(scale: Scale) -> float:
+    """By how much a scale multiplies forces: that of a bore by its square."""
+    _, label, factor = scale
+    return factor**2 if label == "known.bore_m" else factor
 
 
 def _says_nothing(label: str, as_it_is: float) -> Finding:
@@ -255,12 +279,12 @@ def _scaled_or_open(
     which is far from closing.
     """
     shares = f"the force balance leaves {100 * as_it_is:.3g} % of the forces as it is"
-    far = [scale for scale in scales if not NEAR_SCALE[0] < scale[2] < NEAR_SCALE[1]]
+    far = [scale for scale in scales if not NEAR_SCALE[0] < _of_force(scale) < NEAR_SCALE[1]]
     if scales and len(far) == len(scales):
         left, label, factor = far[0]
         others = ", ".join(f"{other}: by {by:.3g}" for _, other, by in far[1:])
         declared = "moving mass" if label == "actuator_force" else "bore"
-        no_wonder = any(near[0] < by < near[1] for _, _, by in far)
+        no_wonder = any(near[0] < _of_force(scale) < near[1] for scale in far)
         yield Finding(
             "warning" if no_wonder else "error",
             label,

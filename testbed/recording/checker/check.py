@@ -187,10 +187,10 @@ def _signs(raw: Raw, forces: Forces, names: dict[str, str]) -> Iterator[Finding]
     if scales and all(_of_inertia(finding) for finding in balance):
         balance = []  # which of force, way and mass is wrong is told by what it weighs, too
     yield from balance or scales
-    if not balance and not scales and not drive:
+    if not balance and not scales:
         scaled = list(check_reference(forces, names["reference"]))
-        late = scaled or list(check_late(forces, names["reference"]))
-        yield from late or check_gains(forces, names)
+        late = scaled or (check_late(forces, names) if knows_load else [])
+        yield from late or ([] if drive else check_gains(forces, names))
     turned = any("position" in f.channel and "turned" in f.what for f in balance)
     wrong_pressure = any(f.channel.startswith("pressure") for f in balance)
     for finding in check_flow(forces.even, known, names["command"]):

@@ -24,6 +24,14 @@ JUMPED = 0.35
 """Where the position moved on by less than this share of what its speed asks for, only the clock
 has jumped.
 """
+UNEVEN = 0.05
+"""Spread of the steps, as a share of the usual one, from which stamps may jitter."""
+EVEN_SLOPE, KNOWN_TO = 0.4, 0.15
+"""Stamps jitter where the position knows of less than this share of their unevenness (1: samples
+were taken when their stamps say so), and that share is known to KNOWN_TO (standard error).
+"""
+SPEED_S = 0.05
+"""Stretch each way over which the speed is read for that."""
 BESIDE_S = 0.03
 """Stretch before and after a gap from which the speed is read."""
 
@@ -79,6 +87,47 @@ def check_clock(raw: Raw) -> Iterator[Finding]:
             )
     yield from _rate(raw, steps)
     yield from _gaps(raw)
+    yield from _jitter(raw)
+
+
+def _jitter(raw: Raw) -> Iterator[Finding]:
+    """Stamps that come early and late while the motion goes on evenly from row to row.
+
+    Between two neighbours a position is ahead of their middle by speed times what its stamp is, or
+    not at all where the stamp alone is.
+    """
+    time, position = raw.time_s, raw.series.get("position")
+    if position is None or not (np.isfinite(time).all() and np.isfinite(position).all()):
+        return
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    rows = max(1, round(SPEED_S / usual)) if usual > 0.0 else len(time)
+    if len(time) < 2 * rows + MINIMUM_SAMPLES or not (steps > 0.0).all():
+        return
+    inner = slice(rows - 1, len(time) - rows - 1)
+    speed = (position[2 * rows :] - position[: -2 * rows]) / (time[2 * rows :] - time[: -2 * rows])
+    regular = np.maximum(steps[:-1], steps[1:])[inner] < GAP_STEPS * usual
+    ahead, moved = (_beside_the_middle(values)[inner][regular] for values in (time, position))
+    asked = speed[regular] * ahead
+    square = float(asked @ asked)
+    if float(np.std(ahead)) < UNEVEN * usual or square == 0.0:
+        return
+    slope = float(asked @ moved) / square
+    error = float(np.std(moved - slope * asked)) / np.sqrt(square)
+    if slope < EVEN_SLOPE and error < KNOWN_TO:
+        yield Finding(
+            "warning",
+            "time",
+            "its stamps jitter: the motion goes on evenly from row to row",
+            f"steps of {usual:.3g} s spread by {100 * float(np.std(ahead)) / usual:.2g} %, of which "
+            f"the position knows {100 * slope:.2g} %",
+            "number the samples by the logger's own rate instead",
+        )
+
+
+def _beside_the_middle(values: Array) -> Array:
+    """By how much each of values (n,) is ahead of the middle of its neighbours, (n - 2,)."""
+    return np.asarray(values[1:-1] - 0.5 * (values[2:] + values[:-2]))
 
 
 def _rate(raw: Raw, steps: Array) -> Iterator[Finding]:

@@ -21,7 +21,7 @@ from testbed.recording.known import Known
 OPEN = 1e-3
 """Share of the spool's way from which on a valve lets oil through."""
 
-FAST = 10.0
+FAST = 5.0
 """Times that a free piston's expected speed is beyond where friction's direction is certain."""
 LATEST_S = 0.12
 """The spool and the oil answer within this."""
@@ -30,6 +30,8 @@ CLEAR = 0.5
 FACTOR = 5.0
 """Scales nearer than this may be a worn valve."""
 FEW = 200
+UNLOADED = 0.1
+"""Share of a load cell's largest reading below which the foot is not pressed on it."""
 
 
 def check_flow(even: Even, known: Known, label: str) -> Iterator[Finding]:
@@ -40,6 +42,7 @@ def check_flow(even: Even, known: Known, label: str) -> Iterator[Finding]:
     expected = _speed(even, known, opening)
     measured = even.speed_m_s
     if (np.abs(opening) > OPEN).sum() < FEW:
+        yield from _within_deadband(even, known, label)
         return
     if even.moving.sum() < FEW:
         yield from _hardly_moves(even, expected)
@@ -73,14 +76,31 @@ def check_flow(even: Even, known: Known, label: str) -> Iterator[Finding]:
         )
 
 
+def _within_deadband(even: Even, known: Known, label: str) -> Iterator[Finding]:
+    """A piston that slides although its valve opens next to nothing, both ways by turns."""
+    highest, deadband = float(np.max(np.abs(even.series["command"]))), known.valve_deadband or 0.0
+    ways = [(way * even.speed_m_s > MOVING_M_S).sum() for way in (1.0, -1.0)]
+    if not 0.0 < highest <= deadband + OPEN or min(ways) < FEW:
+        return
+    yield Finding(
+        "error",
+        label,
+        "has another scale: it stays in the valve's dead band while the piston slides both ways",
+        f"up to {highest:.3g}, the dead band is {deadband:.3g}",
+        "put the valve command's unit (1 is fully open) or the declared dead band right",
+    )
+
+
 def _hardly_moves(even: Even, expected: Array | None) -> Iterator[Finding]:
     """A free piston that a flow makes fast, and whose position hardly changes."""
-    if expected is None or "reference" in even.series:
+    if expected is None:
         return
-    fast = np.abs(expected) > FAST * MOVING_M_S
+    cell = np.abs(even.series.get("reference", np.zeros_like(expected)))
+    free = cell <= UNLOADED * float(cell.max())
+    fast = free & (np.abs(expected) > FAST * MOVING_M_S)
     if fast.sum() < FEW:
         return
-    reached = float(np.quantile(np.abs(even.speed_m_s), 0.95))
+    reached = float(np.quantile(np.abs(even.speed_m_s[free]), 0.95))
     asked = float(np.quantile(np.abs(expected[fast]), 0.8))
     if reached < asked / FACTOR:
         yield Finding(

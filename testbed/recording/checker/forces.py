@@ -83,8 +83,11 @@ class Forces:
         rest_n, size_n = self.rest(change)
         return rest_n / size_n
 
-    def rest(self, change: Change) -> tuple[float, float]:
-        """(what friction of the right sign leaves of the balance, the forces' size), N."""
+    def rest(self, change: Change, zero: float = ZERO) -> tuple[float, float]:
+        """(what friction of the right sign leaves of the balance, the forces' size), N.
+
+        zero: share of the forces up to which a constant one is taken off first.
+        """
         from scipy.optimize import nnls
 
         force, speed, size = self.left_over(change)
@@ -94,7 +97,7 @@ class Forces:
         rows = np.flatnonzero(moving)
         rows = rows[:: max(1, rows.size // ENOUGH)]
         force, speed = force[rows], speed[rows]
-        force = force - _zero(force, speed, ZERO * size)
+        force = force - _zero(force, speed, zero * size)
         columns = [np.sign(speed), speed / float(np.abs(speed).max())]
         if (
             self.known.moving_mass_kg is None

@@ -249,12 +249,24 @@ def _stands_out(values: Array, extreme: float) -> bool:
 
 
 def _cut_off(raw: Raw, name: str, extreme: float) -> bool:
-    """Whether a noisy channel stands out at its extreme; a force only while a pressure stirs."""
-    there = raw.series[name] == extreme
+    """Whether a noisy channel stands out at its extreme, or stays there as no noise does; a force
+    only while a pressure stirs.
+    """
+    values = raw.series[name]
+    there = values == extreme
     rests = name in FORCES and "pressure_a" in raw.series
-    return _stands_out(raw.series[name], extreme) and (
+    stays = _longest(there) > FROZEN_TIMES * _longest_by_chance(values, there)
+    return (stays or _stands_out(values, extreme)) and (
         not rests or _held_while_pressed(raw, there, STIRS)
     )
+
+
+def _longest_by_chance(values: Array, without: Flags) -> float:
+    """How often in a row a noisy channel repeats itself at most, as the other rows have it."""
+    same = np.diff(values) == 0.0
+    usual = same[~(without[1:] & without[:-1])]
+    repeats = float(np.clip(np.mean(usual), 1e-3, 0.999)) if usual.size else 0.999
+    return float(np.log(len(values)) / -np.log(repeats))
 
 
 def _held_while_pressed(raw: Raw, there: Flags, changes: float = PRESSED) -> bool:
