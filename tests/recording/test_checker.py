@@ -21,7 +21,8 @@ from testbed.recording.checker.check import check_recording
 from testbed.recording.checker.forces import Forces
 from testbed.recording.checker.motion import Even
 from testbed.recording.checker.raw import Raw, read_raw, repetitions
-from testbed.recording.checker.sensors import check_frozen, check_spikes, spikes
+from testbed.recording.checker.sensors import check_frozen
+from testbed.recording.checker.spikes import check_spikes, spikes
 from testbed.recording.known import Known
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.run_folder import recording_meta

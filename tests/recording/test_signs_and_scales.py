@@ -194,7 +194,7 @@ def test_pressures_of_a_seal_are_not_said_to_be_in_a_unit_that_leaves_no_pressur
 @pytest.mark.parametrize(("shift", "words"), [(60, "late"), (-60, "early")])
 def test_a_load_cell_of_another_clock_is_late_or_early(shift: int, words: str) -> None:
     forces = changed(reference=np.roll(piston().series["reference"], shift))
-    (finding,) = check_late(forces, "load cell")
+    (finding,) = check_late(forces, NAMES)
     assert (finding.severity, finding.channel) == ("warning", "load cell")
     assert words in finding.what
     assert f"{1e3 * abs(shift) / RATE_HZ:.0f} ms" in finding.evidence
@@ -203,4 +203,4 @@ def test_a_load_cell_of_another_clock_is_late_or_early(shift: int, words: str) -
 @pytest.mark.parametrize("shift", [0, 10])
 def test_a_load_cell_in_time_or_late_as_a_sensor_may_be_is_left_alone(shift: int) -> None:
     forces = changed(reference=np.roll(piston().series["reference"], shift))
-    assert list(check_late(forces, "load cell")) == []
+    assert list(check_late(forces, NAMES)) == []

@@ -106,7 +106,7 @@ class RecordingMistakes(Benchmark[str]):
         folder = spoilt.write(place / "planted")
         known = {_kind(finding) for finding in already}
         new = [finding for finding in _complaints(folder) if _kind(finding) not in known]
-        hidden = mistake.hidden_by(sample)
+        hidden = mistake.hidden_by(sample, spoilt)
         if mistake.sound:
             outcome = "complains" if new else "quiet"
             if not _same_numbers(place / "sound", folder):

@@ -135,7 +135,8 @@ def load(place: str | Path) -> Sample:
     reference = (head.get(REFERENCE) or {}).get("column")
     if reference is not None:
         wanted[str(reference)] = f"{REFERENCE}.column"
-    sample = Sample(head, read_columns(folder / str(head["data"]), wanted, file))
+    columns = read_columns(folder / str(head["data"]), wanted, file)
+    sample = Sample(head, {name: values.copy() for name, values in columns.items()})
     if head["rig"] == "robot":
         vertical = [f"{leg}_vertical" for leg in LEGS]
         sample.axis = max(vertical, key=lambda axis: float(np.ptp(sample[f"position_{axis}"])))

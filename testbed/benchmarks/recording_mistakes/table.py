@@ -57,9 +57,11 @@ class Mistake(Checked):
         there = declared is None or sample.axis is not None or sample.head["known"].get(declared)
         return bool((not self.kinds or kind in self.kinds) and there and sample.has(*self.needs))
 
-    def hidden_by(self, sample: Sample) -> str | None:
-        """What a recording lacks so that it cannot show it; None where it can."""
-        return next((lack for lack in self.blind if BLIND[lack](sample)), None)
+    def hidden_by(self, sample: Sample, spoilt: Sample) -> str | None:
+        """What a recording, or it with the mistake, lacks so that it cannot show it; None where it
+        can.
+        """
+        return next((lack for lack in self.blind if BLIND[lack](sample, spoilt)), None)
 
     def outcome(self, sample: Sample, found: Sequence[Finding]) -> Outcome:
         """What complaints `found` about a sample with this mistake are worth."""

@@ -39,6 +39,8 @@ DOES_NOT_CLOSE = 0.3
 ATMOSPHERE_PA = 101325.0
 ALIKE = 1.25
 """Changes that mend the balance nearly as well as the best are named beside it."""
+RIVAL = 3.0
+"""Times what the best scale of one channel leaves, up to which another is named beside it."""
 SCALES = {"bar": 1e5, "kPa": 1e3, "MPa": 1e6, "psi": 6894.76}
 FORCE_SCALES = {"kN": 1e3, "kgf": 9.80665, "lbf": 4.44822}
 DECLARED_SCALES = {
@@ -131,12 +133,16 @@ def _scaled(label: str, unit: str, factor: float, names: tuple[str, ...]) -> Ite
 
 
 def check_balance(
-    forces: Forces, names: Mapping[str, str], near: tuple[float, float] = NEAR_SCALE
+    forces: Forces,
+    names: Mapping[str, str],
+    near: tuple[float, float] = NEAR_SCALE,
+    exact: bool = True,
 ) -> Iterator[Finding]:
     """The one change of sign, scale or place that the force balance calls for, if there is one.
 
     near: factors between which another scale of one channel is a warning, for the reference is no
     better known.
+    exact: whether the reference is known well enough to tell a sensor's zero, or a bore.
     """
     as_it_is = forces.misfit({})
     if as_it_is < WORST:
@@ -158,11 +164,17 @@ def check_balance(
     if silent is not None and not trials:
         yield _says_nothing(names[silent], as_it_is)
         return
-    scales = [] if silent is not None else _other_scales(forces, names, as_it_is)
-    constant = constant_force(forces)
-    rivals = [left for left, *_ in (*scales[:1], *trials[:1])]
-    if constant is not None and all(constant.left < ALIKE * left for left in rivals):
-        yield zero_finding(constant, forces, names, as_it_is)
+    scales = [] if silent is not None else _other_scales(forces, names, as_it_is, exact)
+    constant = constant_force(forces) if exact else None
+    if (
+        constant is not None
+        and (not scales or constant.left < ALIKE * scales[0][0])
+        and (not trials or constant.left < FAR_BETTER * trials[0][0])
+    ):
+        beside = [
+            f"{label}: its scale" for left, label, _ in scales if left < RIVAL * constant.left
+        ]
+        yield zero_finding(constant, forces, names, as_it_is, beside)
         return
     if not trials or (scales and scales[0][0] < FAR_BETTER * trials[0][0]):
         yield from _scaled_or_open(forces, scales, as_it_is, near)
@@ -170,8 +182,7 @@ def check_balance(
     best = trials[0][0]
     alike = [change for left, change in trials if left <= max(ALIKE * best, best + 0.1 * WORST)]
     first, others = alike[0], [f"{other.channel}: {other.what}" for other in alike[1:4]]
-    if "absolute" in first.change:  # at a held pressure a scale leaves as little
-        others += [f"{label}: times {by:.3g}" for left, label, by in scales if left <= ALIKE * best]
+    others += [f"{label}: its scale, by {by:.3g}" for left, label, by in scales if left <= best]
     what = first.what + (f" (or {', or '.join(others)})" if others else "")
     yield Finding(
         "error",
@@ -237,19 +248,25 @@ Scale = tuple[float, str, float]
 """(share that is left, channel's label, factor that leaves it)."""
 
 
-def _other_scales(forces: Forces, names: Mapping[str, str], as_it_is: float) -> list[Scale]:
-    """The factors of single channels that make the balance close, the best first."""
+def _other_scales(
+    forces: Forces, names: Mapping[str, str], as_it_is: float, bores: bool
+) -> list[Scale]:
+    """The factors of single channels that make the balance close, the best first; `bores`: that of
+    the declared bore, too.
+    """
+    labels = {"position": "position", **({"bore_alone": "known.bore_m"} if bores else {}), **names}
     found = []
-    for name, label in {"position": "position", "bore_m": "known.bore_m", **names}.items():
+    for name, label in labels.items():
         inertia = name == "position" and forces.known.moving_mass_kg
-        bore = name == "bore_m" and "pressure_a" in forces.even.series
+        bore = name == "bore_alone" and "pressure_a" in forces.even.series
         if (name in FORCES and name in forces.even.series) or inertia or bore:
             factor = _best_factor(forces, name)
             left = forces.misfit({name: factor})
             closes = left < min(MENDED**2 * as_it_is, max(CLOSED, GROSS * as_it_is))
             if closes and leaves_fewer_newtons(forces, {name: factor}):
                 found.append((left, label, factor))
-    return sorted(found)
+    found.sort()
+    return [scale for scale in found if scale[0] <= RIVAL * found[0][0] + 0.1 * WORST]
 
 
 def _of_force(scale: Scale) -> float:

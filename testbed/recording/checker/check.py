@@ -10,12 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from testbed.errors import InputError
-from testbed.machine.names import AXES, LEGS
 from testbed.machine.urdf_check import read_urdf
 from testbed.recording.axis import read_recording
 from testbed.recording.axis_header import Header
 from testbed.recording.checker.balance import (
-    SMALLEST_PA,
     check_balance,
     check_reference,
 )
@@ -26,7 +24,6 @@ from testbed.recording.checker.foot_force import check_foot
 from testbed.recording.checker.forces import Forces
 from testbed.recording.checker.gains import check_gains
 from testbed.recording.checker.inertia import check_inertia
-from testbed.recording.checker.inertial import check_inertial, upright
 from testbed.recording.checker.late import check_late
 from testbed.recording.checker.motion import even
 from testbed.recording.checker.raw import REFERENCE, Raw, read_raw
@@ -36,37 +33,21 @@ from testbed.recording.checker.sensors import (
     check_frozen,
     check_numbers,
     check_ranges,
-    check_spikes,
     readable,
 )
+from testbed.recording.checker.spikes import check_spikes
+from testbed.recording.checker.supply import check_pressures
+from testbed.recording.checker.whole_robot import check_robot
 from testbed.recording.checks import MINIMUM_SAMPLES
 from testbed.recording.foot import FootHeader, read_foot
 from testbed.recording.known import Known
 from testbed.recording.quantities import quantities_of
 from testbed.recording.robot import read_robot
 
-NEAR_NOMINAL = 0.2, 1.5
-"""Shares of the nominal supply pressure between which a measured one may lie."""
-LEAST_SUPPLY_SHARE = 1e-3
-"""Share of the supply that the highest pressure of a working cylinder reaches."""
-IN_ANOTHER_UNIT = 0.02, 1.5
-"""Shares of the supply that make another unit plausible."""
 STEEL_KG_M3, OF_STEEL = 7850.0, 0.1
 """Density of a rod, and the share of a solid one's weight that no moving mass stays below."""
 LONGEST_STROKE_M, BEYOND_STROKE = 20.0, 1.05
 """No cylinder is longer; and the share of a declared stroke that a position may span."""
-SUPPLY_UNITS = {1e5: "bar", 1e3: "kPa", 1e6: "MPa", 6894.76: "psi"}
-SHORTEST_M = -0.02
-"""A robot's cylinder whose encoder reads less is turned round; a zero is seldom off by so much."""
-BESIDE_SUPPLY, BESIDE_IDLE_SUPPLY = 1.5, 6.0
-"""A cylinder's pressure above so many times the supply's is not in the same unit (a lifted load
-adds some tenths): the declared supply's; and a measured one's, which may idle while a valve holds
-the load.
-"""
-EXPECTED = 0.33, 3.0
-"""Shares of the load that control expects which a sound foot may bear for long: four stiff legs
-load each other across their diagonals.
-"""
 
 
 def check_recording(place: str | Path) -> Checked:
@@ -137,7 +118,7 @@ def _values(raw: Raw) -> Iterator[Finding]:
     for check in (check_ranges, check_clipped, check_frozen, check_resolution):
         yield from check(raw)
     if raw.machine is not None:
-        yield from _robot(raw)
+        yield from check_robot(raw)
     elif isinstance(raw.header, FootHeader) and "force" in raw.series:
         yield from check_foot(raw, raw.header)
     elif isinstance(raw.header, Header):
@@ -160,7 +141,7 @@ def _axis(raw: Raw, header: Header) -> Iterator[Finding]:
     raw = replace(raw, series={name: raw.series[name] for name in taken if name in raw.series})
     yield from _missing(header)
     yield from _mass(known)
-    yield from _pressures(raw, known, "pressure_a", "pressure_b")
+    yield from check_pressures(raw, known, "pressure_a", "pressure_b")
     if "position" not in raw.series:
         return
     beyond = list(_stroke(raw, known))
@@ -259,52 +240,6 @@ def _mass(known: Known) -> Iterator[Finding]:
         )
 
 
-def _pressures(raw: Raw, known: Known, *names: str) -> Iterator[Finding]:
-    """Pressures against the supply, and the supply against its nominal value."""
-    nominal, measured = known.supply_pressure_nominal_pa, raw.series.get("supply_pressure")
-    most = BESIDE_IDLE_SUPPLY if nominal is None else BESIDE_SUPPLY
-    if nominal and measured is not None:
-        ratio = float(np.median(measured)) / nominal
-        if not NEAR_NOMINAL[0] < ratio < NEAR_NOMINAL[1]:
-            yield _of_supply("supply_pressure", ratio, "its nominal value")
-    if nominal is None and measured is not None:  # one that follows the load is often lower
-        nominal = float(np.quantile(measured, 0.99))
-    if not nominal or nominal <= 0.0:
-        highest = max(
-            (float(np.max(np.abs(raw.series[key]))) for key in names if key in raw.series),
-            default=1e9,
-        )
-        if highest < SMALLEST_PA:
-            yield Finding(
-                "error",
-                names[0],
-                "is hardly in Pa",
-                f"never above {highest:.4g} Pa",
-                "declare the unit that the column is in (bar?)",
-            )
-        return
-    for name in names:
-        if name in raw.series:
-            ratio = float(np.quantile(np.abs(raw.series[name]), 0.99)) / nominal
-            if ratio > most or ratio < LEAST_SUPPLY_SHARE:
-                yield _of_supply(name, ratio, "the supply pressure")
-
-
-def _of_supply(name: str, ratio: float, beside: str) -> Finding:
-    small = [
-        f"{unit} ({factor:g} Pa)"
-        for factor, unit in SUPPLY_UNITS.items()
-        if IN_ANOTHER_UNIT[0] < ratio * factor < IN_ANOTHER_UNIT[1]
-    ]
-    return Finding(
-        "error",
-        name,
-        "has another scale than the supply",
-        f"{ratio:.4g} of {beside}",
-        "declare the unit that the column is in" + (f": {' or '.join(small)}" if small else ""),
-    )
-
-
 def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
     """Positions that span more than the stroke, or nothing that a cylinder could be."""
     position = raw.series["position"]
@@ -326,62 +261,3 @@ def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
             f"{position[0]:.6g} m in all rows",
             "good for a leg that is pressed on a load cell; shows nothing about friction",
         )
-
-
-def _robot(raw: Raw) -> Iterator[Finding]:
-    """Each of the twelve axes against supply and valve, the four vertical ones against the load
-    that control expects, and the inertial unit against gravity.
-    """
-    for axis in AXES:
-        yield from _robot_axis(raw, axis)
-    standing = raw.kept(upright(raw), {})
-    if len(standing.time_s) >= MINIMUM_SAMPLES:
-        for leg in LEGS:
-            yield from _robot_leg(standing, leg)
-    yield from check_inertial(raw)
-
-
-def _robot_axis(raw: Raw, axis: str) -> Iterator[Finding]:
-    position = f"position_{axis}"
-    yield from _pressures(raw, Known(), f"pressure_a_{axis}", f"pressure_b_{axis}")
-    if position not in raw.series:
-        return
-    lowest = float(raw.series[position].min())
-    if not axis.endswith("_rotation") and lowest < SHORTEST_M:
-        yield Finding(
-            "error",
-            position,
-            "is below the cylinder's end",
-            f"down to {lowest:.4g} m",
-            "turn its sign, or put its zero right: extension from the retracted end",
-        )
-    if f"valve_{axis}" in raw.series:
-        moved = even(raw, {"command": f"valve_{axis}"}, position)
-        yield from check_flow(moved, Known(), f"valve_{axis}")
-
-
-def _robot_leg(raw: Raw, leg: str) -> Iterator[Finding]:
-    names = {
-        "pressure_a": f"pressure_a_{leg}_vertical",
-        "pressure_b": f"pressure_b_{leg}_vertical",
-        "reference": f"expected_{leg}",
-        "position": f"position_{leg}_vertical",
-    }
-    if not raw.series.keys() >= set(names.values()) or raw.machine is None:
-        return
-    cylinder = raw.machine.vertical_cylinder
-    known = Known(bore_m=cylinder.bore_m, rod_m=cylinder.rod_m, moving_mass_kg=0.0)
-    chosen = {name: key for name, key in names.items() if name != "position"}
-    forces = Forces(even(raw, chosen, names["position"]), known)
-    missing, _, _ = forces.left_over({})
-    held = max(cylinder.coulomb_out_n, cylinder.coulomb_in_n)
-    held += max(cylinder.static_out_n, cylinder.static_in_n)
-    if np.sqrt(np.mean(missing**2)) < held:
-        return  # seals at rest may hold as much
-    for finding in check_balance(forces, names, EXPECTED):
-        if finding.channel == "force balance":
-            advice = "a sensor, or a foot that hangs or shares its load otherwise than expected"
-            yield replace(finding, channel=f"force balance of {leg}", advice=advice)
-        elif finding.channel != names["position"]:
-            # the expected load is too rough to tell friction's sign
-            yield finding

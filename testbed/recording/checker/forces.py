@@ -22,7 +22,8 @@ FEW, ENOUGH = 200, 4000
 
 Change = dict[str, float]
 """Channel, or declared number, -> factor; `swap` exchanges the chambers, `absolute` takes the
-atmosphere off the pressures, `weight` turns the axis round."""
+atmosphere off the pressures, `weight` turns the axis round, `bore_m` is of all diameters,
+`bore_alone` leaves the rod as it is."""
 
 
 def _zero(force: Array, speed: Array, most: float) -> float:
@@ -70,8 +71,9 @@ class Forces:
             pressures.reverse()
         if known.rod_m is None:
             pressures[1] = None
-        area = change.get("bore_m", 1.0) ** 2
-        sides = (("pressure_a", area * known.area_a_m2), ("pressure_b", -area * known.area_b_m2))
+        unit, bore = change.get("bore_m", 1.0) ** 2, change.get("bore_alone", 1.0) ** 2
+        piston, rod = unit * bore * known.area_a_m2, unit * (known.area_a_m2 - known.area_b_m2)
+        sides = (("pressure_a", piston), ("pressure_b", -max(piston - rod, 0.0)))
         return [
             side * (change.get(name, 1.0) * pressure - change.get("absolute", 0.0))
             for (name, side), pressure in zip(sides, pressures, strict=True)

@@ -49,12 +49,13 @@ def _how(late_s: float) -> str:
     return "comes late" if late_s > 0.0 else "comes early"
 
 
-def _suspects(
-    forces: Forces, names: Mapping[str, str]
-) -> list[tuple[tuple[str, ...], str]]:
+def _suspects(forces: Forces, names: Mapping[str, str]) -> list[tuple[tuple[str, ...], str]]:
     """(Channels that are moved together, what they are called)."""
-    here = [name for name in ("reference", "pressure_a", "pressure_b", "force") if
-            name in forces.even.series]
+    here = [
+        name
+        for name in ("reference", "pressure_a", "pressure_b", "force")
+        if name in forces.even.series
+    ]
     pressures = tuple(name for name in here if name.startswith("pressure"))
     found = [((name,), names[name]) for name in here if "pressure_a" not in here or name != "force"]
     found.append((("position",), "position"))

@@ -6,7 +6,7 @@ same sign both ways, or nearly so, no friction explains it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,9 +17,9 @@ from testbed.recording.checker.forces import FEW, Forces
 LARGE = 0.05
 """Share of the forces from which a constant one is more than sensors' zeros and a bore a little off
 may leave together (E)."""
-BEYOND_FRICTION = 0.7
+BEYOND_FRICTION = 0.6
 """Share of friction that a constant force has to exceed: seals hold one way more than the other,
-but not by so much (E)."""
+but not four times as much (E)."""
 AGAINST_LEFT = 3.0
 """Times that a constant force has to exceed what is left beside it, RMS."""
 
@@ -54,9 +54,15 @@ def constant_force(forces: Forces) -> Constant | None:
 
 
 def zero_finding(
-    constant: Constant, forces: Forces, names: Mapping[str, str], as_it_is: float
+    constant: Constant,
+    forces: Forces,
+    names: Mapping[str, str],
+    as_it_is: float,
+    beside: Sequence[str] = (),
 ) -> Finding:
-    """What a constant force may be: the zero of each sensor of the balance, or the weight."""
+    """What a constant force may be: the zero of each sensor of the balance, the weight, or what is
+    `beside` them.
+    """
     known, series = forces.known, forces.even.series
     areas = {"pressure_a": known.area_a_m2, "pressure_b": -known.area_b_m2}
     zeros = {
@@ -74,6 +80,7 @@ def zero_finding(
         first,
         f"its zero is off by {zeros[first]}"
         + "".join(f"; or {name}: by {zeros[name]}" for name in others)
+        + "".join(f"; or {other}" for other in beside)
         + "; or a weight is not declared",
         f"{constant.force_n:.3g} N are missing both ways; the force balance leaves "
         f"{100 * as_it_is:.3g} % of the forces as it is, {100 * constant.left:.2g} % without them",
