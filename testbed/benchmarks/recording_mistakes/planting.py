@@ -217,10 +217,11 @@ def frozen(quantity: str, seconds: float = FROZEN_S) -> Plant:
 
 
 def _where_it_changes(values: Array, rows: int) -> int:
-    """The first of `rows` rows within the middle half over which values (n,) change most."""
-    first = np.arange(len(values) // 4, max(3 * len(values) // 4 - rows, len(values) // 4 + 1))
-    first = first[:: max(1, len(first) // 200)]
-    return int(max(first, key=lambda row: float(np.ptp(values[row : row + rows]))))
+    """The row in the middle half about which values (n,) change most within `rows` rows."""
+    half, quarter = max(rows // 2, 1), len(values) // 4
+    change = np.abs(values[2 * half :] - values[: -2 * half])
+    low, high = max(quarter - half, 0), max(3 * quarter - half, quarter - half + 1)
+    return low + half + int(np.argmax(change[low:high]))
 
 
 def dead(quantity: str) -> Plant:

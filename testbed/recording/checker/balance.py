@@ -31,6 +31,8 @@ GROSS, CLOSED = 0.1, 0.05
 """A wrong unit leaves more than this share of the forces, and less than that once it is right."""
 NEAR_SCALE = 0.87, 1.15
 """Factors between which a sensor's gain is off, which is for the diagnosis to find."""
+NEAR_MASS = 0.4, 2.5
+"""Factors between which a mass is off, which is for the diagnosis to find: a load on the piston."""
 FAR_BETTER = 0.3
 """A scale that leaves less than this share of what a turned sign leaves is the better reason."""
 FORCES = ("pressure_a", "pressure_b", "force", "reference")
@@ -200,7 +202,9 @@ def _called_for(change: Change, before: float, after: float) -> bool:
     """
     if after > MENDED * before:
         return False
-    if "absolute" in change or "weight" in change:
+    if "absolute" in change:
+        return after < min(CLOSED, MENDED**2 * before)
+    if "weight" in change:
         return after < CLOSED
     turned = all(abs(factor) == 1.0 for factor in change.values())
     return turned or (before > GROSS and after < CLOSED)
@@ -254,10 +258,13 @@ def _other_scales(
     """The factors of single channels that make the balance close, the best first; `bores`: that of
     the declared bore, too.
     """
-    labels = {"position": "position", **({"bore_alone": "known.bore_m"} if bores else {}), **names}
+    labels = {"position": "position", "moving_mass_kg": "known.moving_mass_kg", **names}
+    if bores:
+        labels["bore_alone"] = "known.bore_m"
     found = []
     for name, label in labels.items():
-        inertia = name == "position" and forces.known.moving_mass_kg
+        mass = forces.known.moving_mass_kg
+        inertia = name in ("position", "moving_mass_kg") and mass
         bore = name == "bore_alone" and "pressure_a" in forces.even.series
         if (name in FORCES and name in forces.even.series) or inertia or bore:
             factor = _best_factor(forces, name)
@@ -301,7 +308,10 @@ def _scaled_or_open(
         left, label, factor = far[0]
         others = ", ".join(f"{other}: by {by:.3g}" for _, other, by in far[1:])
         declared = "moving mass" if label == "actuator_force" else "bore"
-        no_wonder = any(near[0] < _of_force(scale) < near[1] for scale in far)
+        no_wonder = any(near[0] < _of_force(scale) < near[1] for scale in far) or any(
+            label == "known.moving_mass_kg" and NEAR_MASS[0] < by < NEAR_MASS[1]
+            for _, label, by in far
+        )
         yield Finding(
             "warning" if no_wonder else "error",
             label,
@@ -328,7 +338,7 @@ def _best_factor(forces: Forces, name: str) -> float:
         return forces.misfit({name: 10.0**power})
 
     near = min(np.arange(-2.0, 2.1, 0.5), key=left)
-    found = minimize_scalar(left, bounds=(near - 0.5, near + 0.5), options={"xatol": 1e-3})
+    found = minimize_scalar(left, bounds=(near - 0.5, near + 0.5), options={"xatol": 1e-4})
     return float(10.0**found.x)
 
 

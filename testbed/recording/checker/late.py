@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from testbed.formats.arrays import Array
-from testbed.recording.checker.balance import ALIKE, MENDED, WORST
+from testbed.recording.checker.balance import ALIKE, GROSS, MENDED, WORST
 from testbed.recording.checker.finding import Finding
 from testbed.recording.checker.forces import Forces
 
 LATEST_S, STEPS = 0.3, 30
 """Largest shift that is tried, and into how many steps it is cut, each way."""
-LATE_S = 0.03
+LATE_S = 0.035
 """What is late by less may be a sensor's own delay, which is for the diagnosis to find."""
 
 
@@ -25,6 +25,8 @@ def check_late(forces: Forces, names: Mapping[str, str]) -> list[Finding]:
         return []
     found = []
     for channels, label in _suspects(forces, names):
+        if _moves_friction(channels, forces) and as_it_is < GROSS:
+            continue
         left, late_s = _best(forces, channels)
         if abs(late_s) > LATE_S and left < MENDED * as_it_is:
             found.append((left, label, late_s))
@@ -51,17 +53,22 @@ def _how(late_s: float) -> str:
 
 def _suspects(forces: Forces, names: Mapping[str, str]) -> list[tuple[tuple[str, ...], str]]:
     """(Channels that are moved together, what they are called)."""
-    here = [
-        name
-        for name in ("reference", "pressure_a", "pressure_b", "force")
-        if name in forces.even.series
-    ]
+    channels = ("reference", "pressure_a", "pressure_b", "force")
+    here = [name for name in channels if name in forces.even.series]
     pressures = tuple(name for name in here if name.startswith("pressure"))
-    found = [((name,), names[name]) for name in here if "pressure_a" not in here or name != "force"]
+    found: list[tuple[tuple[str, ...], str]] = [((name,), names[name]) for name in here]
     found.append((("position",), "position"))
     if len(pressures) > 1:
         found.append((pressures, ", ".join(names[name] for name in pressures)))
     return found
+
+
+def _moves_friction(channels: tuple[str, ...], forces: Forces) -> bool:
+    """Whether a shift moves the motion against all forces: what friction does at a reversal looks
+    like that, too.
+    """
+    own = {"pressure_a", "pressure_b", "force"} & set(forces.even.series)
+    return "position" in channels or own <= set(channels)
 
 
 def _best(forces: Forces, channels: tuple[str, ...]) -> tuple[float, float]:
