@@ -192,6 +192,18 @@ def test_a_supply_that_idles_while_a_valve_holds_the_load_is_no_other_scale(tmp_
         assert any("scale than the supply" in f.what for f in found) == said
 
 
+def test_a_robots_supply_in_bar_is_said_once_and_a_position_in_mm_of_its_axis(
+    tmp_path: Path,
+) -> None:
+    sample = load(robot(tmp_path / "sound"))
+    sample.columns["supply_pressure"] *= 1e-5
+    sample.columns["position_rl_radial"] *= 1e3
+    found = check_recording(sample.write(tmp_path / "wrong")).findings
+    errors = {f.channel: f.what for f in found if f.severity == "error"}
+    assert set(errors) == {"supply_pressure", "position_rl_radial"}
+    assert errors["position_rl_radial"] == "is beyond the cylinder's end"
+
+
 @pytest.mark.parametrize(
     ("factors", "named"),
     [
@@ -412,6 +424,37 @@ def test_a_load_cell_that_is_frozen_is_found_though_it_repeats_itself_now_and_th
     assert (found.channel, found.what) == (REFERENCE, "is frozen at one value")
     assert found.from_s == pytest.approx(t[rows.start], abs=5e-3)
     assert found.to_s == pytest.approx(t[rows.stop], abs=5e-3)
+
+
+@pytest.mark.parametrize(("frozen", "told"), [(True, True), (False, False)])
+def test_a_coarse_load_cell_that_rests_by_right_is_frozen_where_it_works(
+    frozen: bool, told: bool
+) -> None:
+    """In the air it reads 0 for seconds; pressed by 3 to 6 kN it flickers by its count of 10 N."""
+    rng, t = np.random.default_rng(0), np.arange(8000) / 1000.0
+    pressed = (t > 4.0) * (4500.0 + 1500.0 * np.sin(2.0 * t))
+    force = 10.0 * np.round((pressed + (t > 4.0) * rng.normal(0.0, 6.0, t.size)) / 10.0)
+    if frozen:
+        force[5200:6200] = force[5200]
+    series = {"pressure_a": 300.0 * pressed + rng.standard_normal(t.size), REFERENCE: force}
+    raw = Raw("cell", "cylinder", read_raw(LEG).header, t, series, {}, {})
+    assert any("frozen" in f.what for f in check_frozen(raw)) == told
+
+
+def test_a_channel_is_clipped_where_it_stays_at_its_end_though_it_comes_there_often(
+    tmp_path: Path,
+) -> None:
+    """Held near its end for long, the counts below the end come as often as the end itself."""
+    sample = load(LEG)
+    rng, rows = np.random.default_rng(0), len(sample["time"])
+    values = 1.0 + 1e-3 * np.round(
+        rng.normal(0.0, 1.5, rows) + 100.0 * (np.arange(rows) % 500 > 99)
+    )
+    values[600:800] = values.max()
+    sample["pressure_a"] = values
+    sample.head["channels"]["pressure_a"].pop("range_pa", None)
+    found = check_recording(sample.write(tmp_path)).findings
+    assert any(f.channel == "pressure_a" and "clipped" in f.what for f in found)
 
 
 def test_a_mass_in_tonnes_weighs_less_than_its_rod(tmp_path: Path) -> None:

@@ -178,7 +178,8 @@ def check_balance(
         ]
         yield zero_finding(constant, forces, names, as_it_is, beside)
         return
-    if not trials or (scales and scales[0][0] < FAR_BETTER * trials[0][0]):
+    open_yet = not trials or trials[0][0] > WORST
+    if not trials or (open_yet and scales and scales[0][0] < FAR_BETTER * trials[0][0]):
         yield from _scaled_or_open(forces, scales, as_it_is, near)
         return
     best = trials[0][0]
