@@ -5,7 +5,10 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 from testbed.diagnosis.leg.findings import numbers_in_words, summary_rows
+from testbed.diagnosis.leg.used_numbers import used_numbers
 from testbed.diagnosis.leg.verdict import Verdict
+from testbed.estimation.friction.declared_numbers import Used
+from testbed.recording.known import Known
 from testbed.recording.leg_model import EffectEntry, Parameter
 
 ERROR = {"force_n": {"identify": 9.0}, "flow_m3_s": {"identify": 4.2e-6}}
@@ -13,10 +16,13 @@ ERRORS = SimpleNamespace(total=ERROR.get)
 
 
 def _said(
-    verdict: Verdict, *entries: EffectEntry, edges: dict[str, Parameter] | None = None
+    verdict: Verdict,
+    *entries: EffectEntry,
+    edges: dict[str, Parameter] | None = None,
+    used: tuple[Used, ...] = (),
 ) -> list[list[str]]:
     diagnosis = SimpleNamespace(
-        verdict=verdict, entries=entries, errors=ERRORS, valve_edges=edges or {}
+        verdict=verdict, entries=entries, errors=ERRORS, valve_edges=edges or {}, used=used
     )
     return summary_rows(diagnosis)[1]  # type: ignore[arg-type]
 
@@ -47,6 +53,25 @@ def test_the_valves_edges_are_reported_and_are_no_finding() -> None:
     sizes = {"pa": Parameter(value=1.031, unit="1"), "bt": Parameter(value=0.97, unit="1")}
     row = _said(Verdict("none", None, (((), 0.9),), {}), edges=sizes)[1]  # type: ignore[arg-type]
     assert row == ["valve edges", "PA 1.031, BT 0.970", "flow over the plate's, fitted; no finding"]
+
+
+def test_a_declared_number_that_was_moved_is_said_with_its_tolerance() -> None:
+    declared = Known(bore_m=0.025, moving_mass_kg=50.0, tolerances={"moving_mass_kg": 0.1})
+    moved = declared.model_copy(update={"bore_m": 0.0255, "moving_mass_kg": 65.0})
+    used = used_numbers(declared, moved)
+    rows = _said(Verdict("none", None, (((), 0.9),), {}), used=used)  # type: ignore[arg-type]
+    assert [row[1] for row in rows if row[0] == "declared"] == [
+        "bore_m: declared 0.025 m, used 0.0255 (1.0 tolerances of 2 %)",
+        "moving_mass_kg: declared 50 kg, used 65 (3.0 tolerances of 10 %): the data contradict the "
+        "declared number",
+    ]
+
+
+def test_numbers_that_stayed_are_not_said_and_those_that_were_found_are() -> None:
+    declared = Known(bore_m=0.025)
+    assert used_numbers(declared, declared) == ()
+    (found,) = used_numbers(declared, declared.model_copy(update={"moving_mass_kg": 12.0}))
+    assert str(found) == "moving_mass_kg: not declared, found 12 kg"
 
 
 def test_numbers_have_their_interval_and_unit_and_as_many_digits_as_it_knows() -> None:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.harness import Answers, Benchmark, code, digest
+from testbed.benchmarks.harness import Answers, Benchmark, code, digest, wilson
 from testbed.benchmarks.recording_mistakes.drawn import drawn_cases, drawn_sample
 from testbed.benchmarks.recording_mistakes.sample import Sample, load
 from testbed.benchmarks.recording_mistakes.table import OUTCOMES, Mistake, lacks, mistakes
@@ -33,6 +33,8 @@ from testbed.report.page import Table
 USES = ("read", "identify", "diagnose")
 SAME = 1e-9
 """Share by which numbers in SI may differ that were written in two units."""
+SHOWN = 2
+"""Complaints that a table shows of one recording."""
 FIGURES = re.compile(r"[-+]?\d[\d.e+-]*")
 
 
@@ -136,6 +138,9 @@ class RecordingMistakes(Benchmark[str]):
             "by_rig": dict(Counter(answer["rig"] for answer in answers.values())),
             "planted": len(shown),
             **_counts(shown),
+            "shares": {name: count / max(len(shown), 1) for name, count in _counts(shown).items()},
+            "rightly": _rightly(shown),
+            "hidden": len(wrong) - len(shown),
             "rigs": {
                 rig: _counts([row for row in shown if row["rig"] == rig])
                 for rig in sorted({row["rig"] for row in shown})
@@ -244,6 +249,13 @@ def _counts(rows: Sequence[Mapping[str, Any]]) -> dict[str, int]:
     return {outcome: found[outcome] for outcome in OUTCOMES}
 
 
+def _rightly(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """How many name the right channel and kind, first or among others, with its 95 % interval."""
+    hits = sum(row["outcome"] in OUTCOMES[:2] for row in rows)
+    low, high = wilson(hits, len(rows)) or (0.0, 1.0)
+    return {"count": hits, "share": hits / max(len(rows), 1), "low95": low, "high95": high}
+
+
 def _of_mistake(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     shown = [row for row in rows if row["hidden"] is None]
     hidden = [row for row in rows if row["hidden"] is not None]
@@ -262,7 +274,7 @@ def _sums(result: Mapping[str, Any]) -> list[list[str]]:
     units = ", ".join(f"{count} {what}" for what, count in result["declared_as_they_are"].items())
     return [
         ["recordings", f"{result['recordings']} ({kinds})"],
-        ["mistakes planted that a recording can show", str(of)],
+        ["mistakes planted that a recording can show; that it cannot", f"{of}; {result['hidden']}"],
         *([f"... {outcome}", _share(result[outcome], of)] for outcome in OUTCOMES),
         ["units declared as they are", units or "none"],
         ["recordings as they are that are complained about", str(len(result["complaints"]))],
@@ -284,4 +296,5 @@ def _short(recording: str) -> str:
 
 
 def _said(lines: Sequence[str]) -> str:
-    return "; ".join(lines) or "nothing"
+    more = f"; and {len(lines) - SHOWN} more" if len(lines) > SHOWN else ""
+    return ("; ".join(lines[:SHOWN]) or "nothing") + more

@@ -13,11 +13,13 @@ from testbed.diagnosis.leg.hypotheses import LeftOut
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.search import Search
 from testbed.diagnosis.leg.unexplained import Unexplained
+from testbed.diagnosis.leg.used_numbers import used_numbers
 from testbed.diagnosis.leg.valve_edges import edges_of
 from testbed.diagnosis.leg.verdict import Verdict
 from testbed.diagnosis.leg.verification import Errors
 from testbed.effects import by_name
 from testbed.effects.base import MARK
+from testbed.estimation.friction.declared_numbers import Used
 from testbed.formats.files import make_folder, write_json
 from testbed.formats.intervals import rounded, unit_name
 from testbed.recording.axis import Rig
@@ -61,6 +63,11 @@ class Diagnosis:
         chosen = self.verdict.chosen
         return edges_of(self.problem, chosen.fit, memory_of(chosen.evidence))
 
+    @property
+    def used(self) -> tuple[Used, ...]:
+        """Declared numbers that the final model has otherwise."""
+        return used_numbers(self.rig.known, self.models["after"].known)
+
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """The contents of findings.json."""
@@ -80,6 +87,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             {"name": recording.name, "reason": recording.reason} for recording in diagnosis.left_out
         ],
         **({"valve_edges": parameters_json(edges)} if (edges := diagnosis.valve_edges) else {}),
+        **({"declared": {one.name: vars(one) for one in used}} if (used := diagnosis.used) else {}),
         **({"goes_with": dict(diagnosis.verdict.goes_with)} if diagnosis.verdict.goes_with else {}),
         **trials,
     }
@@ -180,6 +188,7 @@ def summary_rows(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
     if edges := diagnosis.valve_edges:
         sizes = ", ".join(f"{edge.upper()} {size.value:.3f}" for edge, size in edges.items())
         rows.append(["valve edges", sizes, "flow over the plate's, fitted; no finding"])
+    rows += [["declared", str(number), "no finding"] for number in diagnosis.used]
     for quantity, unit, factor in (("force_n", "N", 1.0), ("flow_m3_s", "cm³/s", 1e6)):
         total = diagnosis.errors.total(quantity)
         if total:

@@ -70,7 +70,8 @@ def test_a_recording_is_judged_with_each_mistake_and_as_it_is(tmp_path: Path) ->
     assert result["mistakes"]["gap"]["named"] == 1
     assert result["declared_as_they_are"] == {"quiet": 2} and result["faults"] == []
     sums, each, *_ = benchmark.tables(result)
-    assert ["mistakes planted that a recording can show", "3"] in sums.rows
+    assert ["mistakes planted that a recording can show; that it cannot", "3; 0"] in sums.rows
+    assert result["rightly"]["count"] == 3 and result["rightly"]["share"] == 1.0
     assert {row[0] for row in each.rows} == set(CHOSEN[:3])
 
 
