@@ -157,6 +157,7 @@ def contents(diagnosis: Diagnosis) -> dict[str, Any]:
             | {"text": by_name(effect["name"]).text, "repeated": repeated.get(effect["name"])}
             for effect in found["effects"]
         ],
+        "declared": [str(number) for number in diagnosis.used],
         "goes_with": diagnosis.verdict.goes_with,
         "runs": _runs(found.get("error_of_runs_left_out_n", {})),
         "refused": found.get("refused", []),
