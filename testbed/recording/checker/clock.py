@@ -96,7 +96,7 @@ def _jitter(raw: Raw) -> Iterator[Finding]:
     Between two neighbours a position is ahead of their middle by speed times what its stamp is, or
     not at all where the stamp alone is.
     """
-    time, position = raw.time_s, raw.series.get("position")
+    time, (_, position) = raw.time_s, _moving_most(raw)
     if position is None or not (np.isfinite(time).all() and np.isfinite(position).all()):
         return
     steps = np.diff(time)
@@ -123,6 +123,19 @@ def _jitter(raw: Raw) -> Iterator[Finding]:
             f"the position knows {100 * slope:.2g} %",
             "number the samples by the logger's own rate instead",
         )
+
+
+def _moving_most(raw: Raw) -> tuple[str, Array | None]:
+    """Name and values of the position of an axis; of a robot, of the one that goes farthest."""
+    if "position" in raw.series:
+        return "position", raw.series["position"]
+    way = {
+        name: float(np.ptp(values))
+        for name, values in raw.series.items()
+        if name.startswith("position_") and np.isfinite(values).all()
+    }
+    farthest = max(way, key=lambda name: way[name], default="")
+    return farthest, raw.series.get(farthest)
 
 
 def _beside_the_middle(values: Array) -> Array:
@@ -190,7 +203,7 @@ def _only_the_clock(raw: Raw, row: int, usual_s: float) -> bool:
     """Whether the position at a long step goes on by one usual step only, though it moves at both
     sides.
     """
-    position = raw.series.get("position")
+    name, position = _moving_most(raw)
     if position is None:
         return False
     beside = max(3, round(BESIDE_S / usual_s))
@@ -210,6 +223,6 @@ def _only_the_clock(raw: Raw, row: int, usual_s: float) -> bool:
     step_s = raw.time_s[row + 1] - raw.time_s[row]
     expected = 0.5 * (speeds[0] + speeds[1]) * (step_s - usual_s)
     travelled = position[row + 1] - position[row] - 0.5 * (speeds[0] + speeds[1]) * usual_s
-    fine = 3.0 * raw.resolutions.get("position", 0.0)
+    fine = 3.0 * raw.resolutions.get(name, 0.0)
     same_way = speeds[0] * speeds[1] > 0.0
     return bool(same_way and abs(expected) > max(fine, 1e-5) and travelled / expected < JUMPED)
