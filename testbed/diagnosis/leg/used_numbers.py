@@ -7,6 +7,8 @@ from testbed.recording.known import Known
 
 UNITS = {"bore_m": "m", "rod_m": "m", "moving_mass_kg": "kg"}
 """Numbers that a fit may move, and their units."""
+OF_AREAS = ("bore_m", "rod_m")
+"""Those of them whose areas move."""
 SAME = 1e-6
 """Share by which a number that stayed may differ from what was declared."""
 
@@ -22,6 +24,7 @@ def used_numbers(declared: Known, used: Known) -> tuple[Used, ...]:
             found.append(Used(name, unit, None, taken))
             continue
         tolerance = declared.tolerance(name)
-        off = abs(taken / given - 1.0) / tolerance
+        power = 2 if name in OF_AREAS else 1  # as identification counts, whose numbers are linear
+        off = abs((taken / given) ** power - 1.0) / (power * tolerance)
         found.append(Used(name, unit, given, taken, tolerance, off, off > 0.99 * MOST))
     return tuple(found)

@@ -167,6 +167,7 @@ def check_balance(
         yield _says_nothing(names[silent], as_it_is)
         return
     scales = [] if silent is not None else _other_scales(forces, names, as_it_is, exact)
+    trials = [trial for trial in trials if not _no_more_than_a_gain(trial, scales)]
     constant = constant_force(forces) if exact else None
     if (
         constant is not None
@@ -195,6 +196,15 @@ def check_balance(
         f"{100 * best:.2g} % after the change",
         first.advice,
     )
+
+
+def _no_more_than_a_gain(trial: tuple[float, Suspect], scales: Sequence[Scale]) -> bool:
+    """Whether an absolute pressure is told by no more than a gain that is a little off tells, too:
+    that is for the diagnosis to find.
+    """
+    left, suspect = trial
+    near = (scale for scale in scales if NEAR_SCALE[0] < _of_force(scale) < NEAR_SCALE[1])
+    return "absolute" in suspect.change and any(scale[0] <= ALIKE * left for scale in near)
 
 
 def _called_for(change: Change, before: float, after: float) -> bool:
