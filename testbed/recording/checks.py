@@ -24,8 +24,9 @@ MOST_PA = 1.0e9
 """No hydraulic machine holds more (ten times the strongest presses'); for channels that declare no
 range.
 """
-STROKES = 2.0
-"""Positions that span more strokes than this are not in metres."""
+STROKES, LONGEST_M = 2.0, 20.0
+"""Positions that span more strokes than this, or more than any cylinder where no stroke is
+declared, are not in metres."""
 
 
 def usual_step_s(time_s: Array) -> float:
@@ -66,17 +67,21 @@ def check_time(
 def check_span(
     field: str, unit: str, position_m: Array, stroke_m: float | None, declared_in: Path
 ) -> None:
-    """Refuse positions (n,), m, that span far more than the declared stroke: they are in another
-    unit.
+    """Refuse positions (n,), m, that span far more than the declared stroke, or than any: they are
+    in another unit.
     """
     span = float(np.ptp(position_m))
-    if stroke_m is not None and span > STROKES * stroke_m:
+    most = LONGEST_M if stroke_m is None else STROKES * stroke_m
+    beside, allowed = "no cylinder is so long", f"at most {LONGEST_M:g} m"
+    if stroke_m is not None:
+        beside, allowed = f"the stroke is {stroke_m:g} m", f"at most {STROKES:g} strokes"
+    if span > most:
         raise InputError(
-            f"the positions span {span:.6g} {unit}, the stroke is {stroke_m:g} m",
+            f"the positions span {span:.6g} {unit}, {beside}",
             file=declared_in,
             field=field,
             value=unit,
-            allowed=f"at most {STROKES:g} strokes; positions in m",
+            allowed=f"{allowed}; positions in m",
         )
 
 

@@ -38,7 +38,7 @@ from testbed.recording.checker.sensors import (
 from testbed.recording.checker.spikes import check_spikes
 from testbed.recording.checker.supply import check_pressures
 from testbed.recording.checker.whole_robot import check_robot
-from testbed.recording.checks import MINIMUM_SAMPLES
+from testbed.recording.checks import LONGEST_M, MINIMUM_SAMPLES
 from testbed.recording.foot import FootHeader, read_foot
 from testbed.recording.known import Known
 from testbed.recording.quantities import quantities_of
@@ -46,8 +46,8 @@ from testbed.recording.robot import read_robot
 
 STEEL_KG_M3, OF_STEEL = 7850.0, 0.1
 """Density of a rod, and the share of a solid one's weight that no moving mass stays below."""
-LONGEST_STROKE_M, BEYOND_STROKE = 20.0, 1.05
-"""No cylinder is longer; and the share of a declared stroke that a position may span."""
+BEYOND_STROKE = 1.05
+"""Share of a declared stroke that a position may span."""
 
 
 def check_recording(place: str | Path) -> Checked:
@@ -244,7 +244,7 @@ def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
     """Positions that span more than the stroke, or nothing that a cylinder could be."""
     position = raw.series["position"]
     span, stroke = float(np.ptp(position)), known.stroke_m
-    if span > LONGEST_STROKE_M or (stroke is not None and span > BEYOND_STROKE * stroke):
+    if span > LONGEST_M or (stroke is not None and span > BEYOND_STROKE * stroke):
         large = stroke is None or span > 2.0 * stroke
         yield Finding(
             "error" if large else "warning",

@@ -105,6 +105,23 @@ def test_a_drawn_recording_is_read_back_as_it_was_made(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read.pressure_a_pa, sample["pressure_a"])
 
 
+@pytest.mark.parametrize(
+    ("mistake", "said"),
+    [
+        ("position in mm, read as m", "no cylinder is so long"),
+        ("force turned round", "would drive the piston"),
+        ("position turned round", "would drive the piston"),
+    ],
+)
+def test_a_drive_with_a_mistake_is_refused_in_words_and_never_a_fault(
+    mistake: str, said: str, tmp_path: Path
+) -> None:
+    shutil.copytree(SAMPLES / "drive" / "identify" / "sine", tmp_path / "drive")
+    benchmark = RecordingMistakes((tmp_path,), only=(mistake,), use="identify")
+    ((answer,),) = [one["planted"] for one in answers(benchmark).values()]
+    assert answer["used"].startswith("refused") and said in answer["used"]
+
+
 def test_no_recording_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds no recording"):
         RecordingMistakes((tmp_path,)).cases()
