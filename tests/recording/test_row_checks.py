@@ -56,7 +56,9 @@ def test_a_rate_within_a_factor_of_a_hundred_may_be_declared_wrongly(factor: flo
 
 def test_positions_may_span_two_strokes_and_no_more() -> None:
     check_span("channels.position", "m", np.array([0.0, 1.0]), 0.5, HEADER)
-    check_span("channels.position", "mm", np.array([0.0, 400.0]), None, HEADER)
+    check_span("channels.position", "m", np.array([0.0, 19.0]), None, HEADER)
+    with pytest.raises(InputError, match="span 400 mm, no cylinder is so long"):
+        check_span("channels.position", "mm", np.array([0.0, 400.0]), None, HEADER)
     with pytest.raises(InputError, match=r"span 400 mm, the stroke is 0\.5 m"):
         check_span("channels.position", "mm", np.array([0.0, 400.0]), 0.5, HEADER)
 

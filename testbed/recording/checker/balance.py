@@ -31,6 +31,8 @@ GROSS, CLOSED = 0.1, 0.05
 """A wrong unit leaves more than this share of the forces, and less than that once it is right."""
 NEAR_SCALE = 0.87, 1.15
 """Factors between which a sensor's gain is off, which is for the diagnosis to find."""
+BORES = 0.5, 2.0
+"""Factors between which a bore may be another cylinder's; beyond them it is in another unit."""
 NEAR_MASS = 0.4, 2.5
 """Factors between which a mass is off, which is for the diagnosis to find: a load on the piston."""
 FAR_BETTER = 0.3
@@ -281,6 +283,7 @@ def _other_scales(
             factor = _best_factor(forces, name)
             left = forces.misfit({name: factor})
             closes = left < min(MENDED**2 * as_it_is, max(CLOSED, GROSS * as_it_is))
+            closes &= not bore or BORES[0] < factor < BORES[1]
             if closes and leaves_fewer_newtons(forces, {name: factor}):
                 found.append((left, label, factor))
     found.sort()
