@@ -18,6 +18,7 @@ from testbed.errors import InputError
 from testbed.machine.build import build_machine
 from testbed.recording.checker.balance import _scaled_or_open, leaves_fewer_newtons
 from testbed.recording.checker.check import check_recording
+from testbed.recording.checker.finding import Finding
 from testbed.recording.checker.forces import Forces
 from testbed.recording.checker.motion import Even
 from testbed.recording.checker.raw import Raw, read_raw, repetitions
@@ -414,8 +415,18 @@ def test_no_recording_of_the_shared_rigs_is_refused() -> None:
     found = {folder: check_recording(folder) for folder in folders}
     assert len(found) > 100
     assert [str(folder) for folder, one in found.items() if not one.usable] == []
-    warned = [f for one in found.values() for f in one.findings if f.severity == "warning"]
+    warned = [
+        f
+        for folder, one in found.items()
+        for f in one.findings
+        if f.severity == "warning" and not _slow_line(folder, f)
+    ]
     assert len(warned) <= 0.03 * len(found)
+
+
+def _slow_line(folder: Path, found: Finding) -> bool:
+    """Whether a finding is of the hidden effect of rig-08: a slow line to its sensor B."""
+    return "rig-08" in folder.parts and found.channel == "pressure_b" and "late" in found.what
 
 
 def test_a_load_cell_that_is_frozen_is_found_though_it_repeats_itself_now_and_then() -> None:

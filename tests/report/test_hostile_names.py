@@ -159,6 +159,7 @@ def test_the_pages_of_the_diagnosis(word: str) -> None:
                 "experiments": [(word, word)],
                 "excess": 1.0,
                 "goes_with": {word: 0.5},
+                "declared": [word],
                 "runs": [(word, {"identify": 1.0, "after": 0.5})],
                 "refused": [{"name": word, "reason": word}],
                 "passed": [word],
