@@ -127,10 +127,11 @@ SURE = Verdict("effect", cast(Any, None), ((("sensor.gain_a@fl_vertical",), 1.0)
         ({}, True),
         ({"sensor.gain_b@fl_vertical": 0.4}, True),
         ({"sensor.gain_a@fr_vertical": 0.1, "sensor.gain_b@fl_vertical": 0.4}, True),
-        ({"sensor.gain_a@fr_vertical": 0.3}, False),
+        ({"sensor.gain_a@fr_vertical": 0.3}, True),
+        ({"sensor.gain_a@fr_vertical": 0.3, "sensor.gain_a@rl_vertical": 0.3}, False),
     ],
 )
-def test_forces_are_corrected_where_the_place_of_what_was_found_is_sure(
+def test_forces_are_corrected_where_the_place_of_what_was_found_is_likely(
     rivals: dict[str, float], believed: bool
 ) -> None:
     found = Found("sensor.gain_a", "fl_vertical", {"gain_error": Parameter(value=0.1, unit="1")})

@@ -64,11 +64,11 @@ SAME_PLACE = (
 )
 MAY_BE_SOUND = "a sound machine is likelier than any one set of names: worth a look, not a repair"
 PREDICTS_WORSE = "what was found predicts the kept-back forces worse than refitted tolerances do"
-PLACE_IN_DOUBT = "another place is too likely to correct forces for it: see the hypotheses"
-SURE_PLACE = 0.8
-"""Least probability of a place at which forces are corrected for what was found. Chosen after one
-of 51 finds, a rope's direction given to the other rope at 0.7, had made another motion worse by
-9 %.
+PLACE_IN_DOUBT = "that something is wrong there is not likely enough to correct forces for it"
+LIKELY_PLACE = 0.5
+"""Least probability of a place at which forces are corrected for what was found: more likely than
+not. Chosen after one of 74 finds, a sensor's zero that was called a rope's direction at 0.34, had
+made another motion three times worse; 0.8 would have spared one more, and lost two good ones.
 """
 AMBIGUOUS = 3.0
 """Rivals within this of a name, in calibrated log evidence, are reported as ambiguous with it."""
@@ -140,19 +140,19 @@ class RobotDiagnosis:
         return little or alike or not surely_more(self.added_n2)
 
     @property
-    def places_are_sure(self) -> bool:
-        """Whether for each effect it is sure that something is wrong at its place, whatever that
-        may be called. If not, they are reported but not put into the model.
+    def places_are_likely(self) -> bool:
+        """Whether for each effect it is likelier than not that something is wrong at its place,
+        whatever that may be called. If not, they are reported but not put into the model.
         """
         places = {found.place for found in self.found}
-        return all(self.verdict.probability_at(place) >= SURE_PLACE for place in places)
+        return all(self.verdict.probability_at(place) >= LIKELY_PLACE for place in places)
 
     @property
     def not_believed(self) -> str:
         """Why what was found is not put into the model, in words; empty where it is."""
         if not self.predicts_forces:
             return PREDICTS_WORSE
-        return "" if self.places_are_sure else PLACE_IN_DOUBT
+        return "" if self.places_are_likely else PLACE_IN_DOUBT
 
 
 def surely_more(added: Array) -> bool:
