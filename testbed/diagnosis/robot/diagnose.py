@@ -64,7 +64,7 @@ SAME_PLACE = (
 )
 MAY_BE_SOUND = "a sound machine is likelier than any one set of names: worth a look, not a repair"
 PREDICTS_WORSE = "what was found predicts the kept-back forces worse than refitted tolerances do"
-PLACE_IN_DOUBT = "that something is wrong there is not likely enough to correct forces for it"
+PLACE_IN_DOUBT = "it is not likelier than not that something is wrong at its place"
 LIKELY_PLACE = 0.5
 """Least probability of a place at which forces are corrected for what was found: more likely than
 not. Chosen after one of 74 finds, a sensor's zero that was called a rope's direction at 0.34, had
