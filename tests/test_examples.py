@@ -41,6 +41,7 @@ def test_each_example_is_known_and_short() -> None:
     "example",
     [pytest.param(file, id=file.stem, marks=MARKS.get(file.stem, [])) for file in EXAMPLES],
 )
+@pytest.mark.slow
 def test_an_example_runs(
     example: Path,
     tmp_path: Path,

@@ -171,6 +171,7 @@ def test_a_short_soak_finds_nothing_wrong() -> None:
     assert soak.summarise(answers(soak))["wrong"] == {}
 
 
+@pytest.mark.slow
 def test_what_is_spoilt_is_served_before(tmp_path: Path) -> None:
     """Of files that are refused as they are, nothing would be tried by changing them."""
     whole = tmp_path / "whole.yaml"

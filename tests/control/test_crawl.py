@@ -90,6 +90,7 @@ def test_the_body_flows_on_while_legs_swing_and_rests_in_the_two_phase_gait() ->
     assert moved["two_phase"] == 0.0 and moved["flowing"] > 0.1
 
 
+@pytest.mark.slow
 def test_the_brisk_gait_makes_the_same_way_in_less_time_with_less_margin() -> None:
     """Eight swings and the way back over the feet on winches, which take no time of their own: a
     quarter less time at least; six tenths of the margin are enough on 45 degrees.

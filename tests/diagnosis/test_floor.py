@@ -59,6 +59,7 @@ def _one_channel(rate_hz: float, force_n: np.ndarray) -> tuple[Recording, Series
 
 
 @pytest.mark.parametrize("rate_hz", [100.0, 250.0, 1000.0, 4000.0])
+@pytest.mark.slow
 def test_the_floor_of_a_bin_is_what_really_smoothed_white_noise_leaves_there(
     rate_hz: float,
 ) -> None:

@@ -72,6 +72,7 @@ def test_a_drag_with_the_square_of_the_speed_is_told_with_its_size_although_fric
     assert fit.at.effects[-1].values["velocity_2"] == pytest.approx(400.0, rel=0.15)
 
 
+@pytest.mark.slow
 def test_where_friction_enters_straight_the_exact_columns_are_what_differences_give(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

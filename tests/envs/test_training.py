@@ -278,6 +278,7 @@ def test_a_policy_of_arrays_plays_without_the_library_and_one_of_another_task_is
 
 
 @pytest.mark.parametrize("task", ["keep", "climb"])
+@pytest.mark.slow
 def test_a_policy_plays_a_scenario_as_long_as_it_is_written(task: str, tmp_path: Path) -> None:
     """Not as long, nor with as many steps, as its training's episodes."""
     env = gymnasium.make(named(task))

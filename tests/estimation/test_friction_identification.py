@@ -298,6 +298,7 @@ def oil_cylinder(
 
 @pytest.mark.parametrize(("plus_n", "minus_n"), [(800.0, 800.0), (1500.0, 300.0), (300.0, 1500.0)])
 @pytest.mark.parametrize("levels", [1, 3])
+@pytest.mark.slow
 def test_a_right_bore_stays_within_its_tolerance_however_lopsided_friction_is(
     plus_n: float, minus_n: float, levels: int
 ) -> None:

@@ -106,6 +106,7 @@ def test_changes_are_made_in_every_climb_and_are_in_its_mark() -> None:
     assert plain.made_from(one) != brisk.made_from(other)
 
 
+@pytest.mark.slow
 def test_a_climb_of_a_hands_breadth_is_good_and_is_not_run_again(tmp_path: Path) -> None:
     short = Climbs(seeds=1, way_m=0.02, chosen=("plane 45",))
     (found,) = run(short, tmp_path)

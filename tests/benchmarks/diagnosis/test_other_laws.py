@@ -66,6 +66,7 @@ def test_a_law_of_no_size_leaves_a_recording_bit_by_bit(family: str, run: Run) -
 
 
 @pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.slow
 def test_each_law_changes_something_and_the_more_the_larger_it_is(family: str, run: Run) -> None:
     small, one, three = (_change(run, OtherWorld((family,), size)) for size in (0.01, 1.0, 3.0))
     moved = [name for name in one if np.any(one[name])]

@@ -84,6 +84,7 @@ def test_step_is_believed_with_the_tenth_sample_at_its_full_height():
 
 
 @pytest.mark.parametrize("name", list(SCENES))
+@pytest.mark.slow
 def test_own_filter_is_within_ten_per_cent_of_the_best_rival_in_every_scene(name):
     assert compare_scene(name, seeds=3).ratio <= 1.1
 
