@@ -148,7 +148,7 @@ def rivals(hypotheses: tuple[tuple[Names, float], ...]) -> tuple[Names, Names] |
 def promises(
     first: Ledger, parted: Mapping[Names, float], rehearsals: Mapping[str, Balances]
 ) -> dict[str, float]:
-    """Motion -> the chance, 0.5 to 1, that with it a true one of these sets of effects is told from
+    """Motion -> the chance that with it a true one of these sets of effects is told from
     a false one; `parted`: the sets with their probabilities, `first`: of the recording that could
     not part them, `rehearsals`: of the believed machine's motions.
     """
