@@ -81,6 +81,7 @@ LAB: dict[str, Callable[..., None]] = {
     "bench-diagnosis": lab.bench_diagnosis,
     "kept-back-runs": lab.kept_back_runs,
     "recording-mistakes": lab.recording_mistakes,
+    "declared-numbers": lab.declared_numbers,
     "quotes": lab.quotes,
     "warning-numbers": lab.warning_numbers,
     "train-detector": lab.train_detector,

@@ -50,6 +50,7 @@ EXAMPLES: dict[str, str] = {
     "bench-diagnosis": "lab bench-diagnosis --out benches",
     "kept-back-runs": "lab kept-back-runs measured --out kept_back",
     "recording-mistakes": "lab recording-mistakes --out mistakes",
+    "declared-numbers": "lab declared-numbers --out declared",
     "quotes": "lab quotes",
     "warning-numbers": "lab warning-numbers contact",
     "train-detector": "lab train-detector contact --out weights.npz",

@@ -333,6 +333,27 @@ def recording_mistakes(
     work.show(RecordingMistakes(tuple(folders or ()), rigs, first_seed, only, use))
 
 
+@spread
+def declared_numbers(
+    work: Work,
+    folders: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="[FOLDER...]",
+            help="Folders of rigs, each with identify/ and verify/. [drawn benches, drives, legs]",
+        ),
+    ] = None,
+    rigs: Annotated[int, typer.Option(min=1, help="Drawn rigs of each kind.")] = 4,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first drawn rig.")] = 500,
+) -> None:
+    """Declare bore, rod and mass of every rig wrongly, by up to a fifth, and show what
+    `testbed identify` makes of each: kept, moved and told, or contradicted; and what it costs.
+    """
+    from testbed.benchmarks.diagnosis.declared_numbers import DeclaredNumbers
+
+    work.show(DeclaredNumbers(tuple(folders or ()), rigs, first_seed))
+
+
 def fit_bench_diagnosis(folders: Folders, out: File = None) -> None:
     """Fit the numbers of the diagnosis of benches and drives to rigs of `testbed lab
     bench-diagnosis`.
