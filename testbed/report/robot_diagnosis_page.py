@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from testbed.diagnosis.robot.diagnose import LEARNT_SHARE, RobotDiagnosis
-from testbed.diagnosis.robot.findings import as_json, spoken
+from testbed.diagnosis.robot.findings import as_json, not_recalled, spoken
 from testbed.diagnosis.robot.groups import FORCES, GROUND, LINE, ROPES
 from testbed.effects import by_name
 from testbed.formats.arrays import Array
@@ -38,6 +38,7 @@ def contents(diagnosis: RobotDiagnosis) -> dict[str, Any]:
         "headline": headline(diagnosis),
         "not_believed": found.get("not_believed", ""),
         "beyond": diagnosis.beyond,
+        "not_recalled": not_recalled(diagnosis),
         "effects": [effect | {"text": by_name(effect["name"]).text} for effect in found["effects"]],
         "hypotheses": [
             (

@@ -179,6 +179,7 @@ def test_the_pages_of_the_diagnosis(word: str) -> None:
                 "rivals": [(word, 1.0)],
                 "resembles": word,
                 "beyond": word,
+                "not_recalled": word,
                 "force": word,
                 "places": word,
             },

@@ -53,7 +53,7 @@ START: dict[str, float] = {
     "unnamed": 6.0,
     "form_here": 0.15,
     "rest": 0.3,
-    "much": 30.0,
+    "much": 60.0,
 }
 """Where the fit starts and what the ridge holds it to, in logarithms (E)."""
 SOUND_SHARE = 0.93

@@ -121,6 +121,10 @@ class RobotDiagnosis:
     """In what the run is unlike all that the probabilities were fitted to, or what nobody measured
     that a finding rests on, in words.
     """
+    not_recalled: Mapping[str, int] = field(default_factory=dict)
+    """Group of balances -> how many of a machine's numbers its earlier recording shows beyond what
+    any workshop leaves: so many are not taken from it.
+    """
     added_n2: Array = field(default_factory=lambda: np.zeros(0))
     """By how much the effects add to the mean square error of the kept-back forces beside what the
     tolerances of a sound machine leave, second by second.
@@ -229,6 +233,7 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
         left_out=_left_out(ledger),
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
         beyond="; ".join(_doubts(ledger, verdict)),
+        not_recalled=balances.not_recalled(),
         added_n2=_added_each_second(balances, verdict.chosen),
     )
 

@@ -15,13 +15,14 @@ Sets of effects are as cheap: one factorisation of C serves them all.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_triangular
 
 from testbed.effects.signature import Change, Signature
+from testbed.formats.arrays import Flags
 
 Array = npt.NDArray[np.float64]
 
@@ -75,6 +76,12 @@ class RawGroup:
     """
     factor: Array | None = None
     """(rows, rows) `root`, where it has been found."""
+    alike: Mapping[str, int] = field(default_factory=dict)
+    """Numbers that other groups of the machine have as well -> their columns of `tolerated`."""
+    told: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Of those that others told something about: mean and standard deviation, instead of 0 and
+    1.
+    """
     of_first: int | None = None
     """Of two recordings together: so many rows are the first one's, and come before the others."""
 
@@ -99,26 +106,86 @@ class RawGroup:
         noise = kept + root[:, None] * (self.noise - kept) * root
         return replace(self, noise=noise, factor=None)
 
+    def about_what_is_told(self) -> RawGroup:
+        """The group with its numbers about what is `told` of them."""
+        mean, sd = self._prior()
+        return replace(
+            self,
+            missing=self.missing - self.tolerated @ mean,
+            tolerated=self.tolerated * sd,
+            told={},
+            factor=None,
+        )
+
     def knowing(self, sound: RawGroup, recalled: float | None = None) -> RawGroup:
         """The group of a machine of which there is an earlier recording, when it was sound.
 
-        That one's rows y = T w + e, w ~ N(0, 1), show how far the machine lies from its drawing: w
-        ~ N(m, S), S^-1 = 1 + T' N^-1 T, m = S T' N^-1 y. So this one misses its own T m less, and
-        S is all that its tolerances leave; beside the share `recalled` [RECALLED] of them, for
-        another motion asks for them in another way than its linear model says.
+        That one shows how far the machine lies from its drawing: w ~ N(m, S), see
+        `tolerances_shown`. So this one misses its own T m less, and S is all that its tolerances
+        leave; beside the share `recalled` [RECALLED] of them, for another motion asks for them in
+        another way than its linear model says.
         """
-        root = np.asarray(np.linalg.cholesky(sound.noise), dtype=np.float64)
-        known = whiten(sound.missing, {"": sound.tolerated}, root)
-        columns = known.columns[""]
-        one = np.eye(columns.shape[1])
-        left = np.linalg.inv(one + columns.T @ columns)
-        known_to = left + (RECALLED if recalled is None else recalled) ** 2 * (one - left)
+        mean, left = sound.tolerances_shown()
+        before = np.diag(sound._prior()[1] ** 2)
+        known_to = left + (RECALLED if recalled is None else recalled) ** 2 * (before - left)
         return replace(
             self,
-            missing=self.missing - self.tolerated @ (left @ (columns.T @ known.missing)),
+            missing=self.missing - self.tolerated @ mean,
             tolerated=self.tolerated @ np.linalg.cholesky(known_to),
             factor=None,
         )
+
+    def tolerances_shown(self) -> tuple[Array, Array]:
+        """Mean m (k,) and covariance S (k, k) of the machine's tolerances w by this recording of it
+        and what is `told` of them: S^-1 = P^-1 + T' N^-1 T, m = S T' N^-1 (y - T p) + p of w ~
+        N(p, P) and rows y = T w + e.
+
+        Where one of them came out beyond NO_TOLERANCE the recording shows something else that
+        looks like it: such a number takes up what it will there, and nothing is said of it. One of
+        which others told something else may be either: what they told, or what it showed.
+        """
+        about, sd = self._prior()
+        mean, left, gone = self._shown()
+        value, covariance = about + sd * mean, sd[:, None] * left * sd
+        told = np.zeros(len(value), dtype=bool)
+        told[[self.alike[number] for number in self.told]] = True
+        nearest = np.clip(value, -NO_TOLERANCE, NO_TOLERANCE)
+        between = np.where(gone & told, 0.5 * (nearest - about), 0.0)
+        apart = np.diag(np.where(gone, sd**2 + between**2, 0.0))
+        kept = np.outer(~gone, ~gone)
+        return np.where(gone, about + between, value), np.where(kept, covariance, apart)
+
+    @property
+    def not_recalled(self) -> int:
+        """How many of its tolerances came out beyond NO_TOLERANCE."""
+        return int(self._shown()[2].sum())
+
+    def _shown(self) -> tuple[Array, Array, Flags]:
+        """Mean (k,) and covariance (k, k) of its tolerances by its rows, in standard deviations of
+        what is known before; (k,) which of them are let go.
+        """
+        about, sd = self._prior()
+        root = np.asarray(np.linalg.cholesky(self.noise), dtype=np.float64)
+        rows = self.missing - self.tolerated @ about
+        white = whiten(rows, {"": self.tolerated * sd}, root)
+        columns = white.columns[""]
+        known, gradient = columns.T @ columns, columns.T @ white.missing
+        gone = np.zeros(len(gradient), dtype=bool)
+        while True:
+            width = np.where(gone, LET_GO, 1.0)
+            left: Array = np.linalg.inv(known + np.diag(width**-2)).astype(np.float64)
+            mean = left @ gradient
+            beyond = np.where(gone, 0.0, np.abs(mean))
+            if beyond.max(initial=0.0) < NO_TOLERANCE:
+                return mean, left, gone
+            gone[np.argmax(beyond)] = True
+
+    def _prior(self) -> tuple[Array, Array]:
+        """Mean and standard deviation (k,) of its tolerances before anything is seen."""
+        mean, sd = np.zeros(self.tolerated.shape[1]), np.ones(self.tolerated.shape[1])
+        for number, (about, to) in self.told.items():
+            mean[self.alike[number]], sd[self.alike[number]] = about, to
+        return mean, sd
 
     def whitened(self, candidates: Mapping[str, Signature]) -> Whitened:
         """Divided by its noise; candidates that it does not show are left out."""
@@ -163,6 +230,11 @@ class RawGroup:
         return out
 
 
+NO_TOLERANCE = 2.5
+"""No number of a machine lies so many standard deviations of its tolerance off: a uniform one ends
+at 1.7, a triangular one at 2.4."""
+LET_GO = 100.0
+"""Standard deviations within which a number takes up what looks like it (E)."""
 RECALLED = 0.2
 """What an earlier recording shows of a machine's tolerances holds in another one to this share of
 them: the forces of 28 sound machines are likeliest by that (B).

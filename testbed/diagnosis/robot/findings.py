@@ -50,6 +50,7 @@ def as_json(d: RobotDiagnosis) -> dict[str, Any]:
         ],
         **({"resembles": d.resembles} if d.resembles else {}),
         **({"beyond": d.beyond} if d.beyond else {}),
+        **({"not_recalled": dict(d.not_recalled)} if d.not_recalled else {}),
     }
 
 
@@ -117,9 +118,20 @@ def summary_rows(d: RobotDiagnosis) -> tuple[list[str], list[list[str]]]:
         rows.append([spoken(found.name), numbers_in_words(found.parameters), probability])
     error = ", ".join(f"{k} {v:.0f}" for k, v in d.errors[FORCES].items())
     rows.append(["equations of motion", error, "missing on the part kept back, N and N m"])
+    if d.not_recalled:
+        rows.append(["earlier recording", not_recalled(d), NOT_RECALLED])
     if d.found and d.not_believed:
         rows.append(["model.yaml", "as before", d.not_believed])
     return ["what", "value", "remark"], rows
+
+
+def not_recalled(d: RobotDiagnosis) -> str:
+    """What is not taken from the earlier recording, in words; empty where all is."""
+    counts = ", ".join(f"{key.replace('_', ' ')} {count}" for key, count in d.not_recalled.items())
+    return f"not recalled: {counts}" if counts else ""
+
+
+NOT_RECALLED = "numbers that it shows beyond what any workshop leaves; was it sound?"
 
 
 def spoken(name: str) -> str:

@@ -13,7 +13,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot import feet, forces, ground, oil_evidence, prior_transfer
+from testbed.diagnosis.robot import (
+    feet,
+    forces,
+    ground,
+    oil_evidence,
+    prior_transfer,
+)
+from testbed.diagnosis.robot.alike_numbers import told_by_others
 from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.evidence import RawGroup, Whitened
@@ -88,6 +95,13 @@ class Balances:
     sound: Mapping[str, RawGroup] = field(default_factory=dict)
     """Those of an earlier recording of the same machine, where they are held beside one."""
 
+    def not_recalled(self) -> dict[str, int]:
+        """Group -> how many numbers of the machine the earlier recording shows beyond what any
+        workshop leaves; those without are left out.
+        """
+        counts = {key: group.not_recalled for key, group in self.sound.items()}
+        return {key: count for key, count in counts.items() if count}
+
 
 def balances_of(
     data: Mapping[str, Array],
@@ -105,10 +119,11 @@ def balances_of(
     bins, body, raw = raw_groups(data, robot, ropes_in_world, beside)
     found = {c.name: c for c in _candidates(body, robot.machine.scale)}
     raw = {key: _without(group, granted, found) for key, group in raw.items()}
-    raw = _beside(raw, sound or {})
+    known = told_by_others(sound or {})
+    raw = _beside(raw, known) if known else _of_one_oil(raw)
     signatures = {name: candidate.signature for name, candidate in found.items()}
     groups = {key: group.whitened(signatures) for key, group in raw.items()}
-    return Balances(bins, body, raw, groups, found, sound=sound or {})
+    return Balances(bins, body, raw, groups, found, sound=known)
 
 
 def raw_groups(
@@ -166,6 +181,11 @@ def _beside(raw: Mapping[str, RawGroup], sound: Mapping[str, RawGroup]) -> dict[
     kept = {k: group for k, group in raw.items() if k != GROUND or not elsewhere}
     share = prior_transfer.shares({k: g for k, g in kept.items() if k.startswith(OIL)}, sound)
     return {k: g.knowing(sound[k], share.get(k)) if k in sound else g for k, g in kept.items()}
+
+
+def _of_one_oil(raw: Mapping[str, RawGroup]) -> dict[str, RawGroup]:
+    """The groups, each about what the others show of the oil."""
+    return {key: group.about_what_is_told() for key, group in told_by_others(raw).items()}
 
 
 def _without(

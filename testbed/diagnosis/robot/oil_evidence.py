@@ -35,6 +35,12 @@ does (B).
 """
 LEAST_OVERLAP_OFF = 0.006
 """No overlap is known better than to this share of the spool's travel (E)."""
+SUCKED_M3_S, SUCKED_S = 1.5e-6, 5.0
+"""Into a chamber of a few bar so much may come that nobody sees, for so long (B: four sound
+drillings, up to 2e-6 m3/s).
+"""
+SUCKED_PA, NOT_SUCKED_PA = 2.2e5, 5.2e5
+"""Pressures up to which that is so, and from which on it is not (E)."""
 SEEPS_M3_S = 7.0e-7
 """What seeps through a valve whose spool lies at the edge of its overlap (E)."""
 SPOOL_OFF = 0.002
@@ -46,8 +52,8 @@ SOUND_LEAK_M3_S_PA = 1.0e-13
 
 
 def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float]]:
-    """(change (n, 2), standard deviation) of everything that a sound cylinder's oil and valve may
-    differ by.
+    """(change (n, 2), standard deviation) of everything that a sound cylinder's valve, sensors and
+    hoses may differ by.
     """
     valve, declared = axis.valve, axis.oil
     for k in range(2):
@@ -70,15 +76,19 @@ def tolerated(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[Array, float
     yield oil.by_hysteresis, 1.0
     for alone in np.eye(2):
         yield oil.by_lateness * alone, LATE_S
-    least = {"internal_leakage_m3_s_pa": scale.times("m3/(s Pa)") * SOUND_LEAK_M3_S_PA}
-    for number, column in _by_oil(oil, axis).items():
-        sd = _of_tolerance(standard_deviation, number, getattr(declared, number))
-        yield column, max(sd, least.get(number, 0.0))
     for k in range(len(HOSE_TIMES_S)):
         yield (
             oil.by_hose[:, k],
             max(declared.hose_capacity_m3_pa, scale.times("m3/Pa") * HOSE_M3_PA),
         )
+
+
+def of_oil(oil: Oil, axis: Axis, scale: Scale) -> Iterator[tuple[str, Array, float]]:
+    """(number, change (n, 2), standard deviation) of the oil's own numbers."""
+    least = {"internal_leakage_m3_s_pa": scale.times("m3/(s Pa)") * SOUND_LEAK_M3_S_PA}
+    for number, column in _by_oil(oil, axis).items():
+        sd = _of_tolerance(standard_deviation, number, getattr(axis.oil, number))
+        yield number, column, max(sd, least.get(number, 0.0))
 
 
 def _by_oil(oil: Oil, axis: Axis) -> dict[str, Array]:
@@ -89,6 +99,11 @@ def _by_oil(oil: Oil, axis: Axis) -> dict[str, Array]:
         "bulk_modulus_pa": softer,
         "entrained_air": oil.by_air,
     }
+
+
+def is_alike(number: str) -> bool:
+    """Whether a workshop's tolerance of a number of the oil is that of all cylinders' oil."""
+    return standard_deviation(f"axes.*.oil.{number}", 1.0) <= 0.0
 
 
 def _of_tolerance(asked: Callable[[str, float], float], number: str, value: float) -> float:
@@ -109,7 +124,10 @@ def expected(oil: Oil, axis: Axis) -> Array:
 def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
     """The group of cylinder i: chamber A's bins, then B's."""
     nothing, axis = np.zeros_like(oil.missing), machine.axes[AXES[i]]
-    columns = [sd * c.T.ravel() for c, sd in tolerated(oil, axis, machine.scale) if sd > 0.0]
+    own = [(c, sd) for c, sd in tolerated(oil, axis, machine.scale) if sd > 0.0]
+    of_all = [one for one in of_oil(oil, axis, machine.scale) if one[-1] > 0.0]
+    columns = [sd * c.T.ravel() for c, sd in (*own, *((c, sd) for _, c, sd in of_all))]
+    alike = {number: len(own) + k for k, (number, *_) in enumerate(of_all) if is_alike(number)}
     crosses_s = PLAY_S * machine.scale.times("s")
     playing = swept(oil.swept_m2, played(oil.play_m, time_s, crosses_s))
     return RawGroup(
@@ -118,6 +136,7 @@ def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
         noise=noise_of(oil, time_s, machine.scale) + playing,
         lasting=playing,
         tolerated=np.column_stack(columns),
+        alike=alike,
         rows_of=lambda change: change.oil.get(i, nothing).T.ravel(),
     )
 
@@ -135,9 +154,13 @@ def noise_of(oil: Oil, time_s: Array, scale: Scale) -> Array:
     size = np.hypot(size, flows * VOID_M3_S * oil.void)
     size = np.sqrt(size**2 + oil.by_pressure**2 + (COMPRESSED_SHARE * oil.compressed) ** 2)
     off = SPOOL_OFF * oil.by_spool
+    long = np.exp(-apart / (SUCKED_S * scale.times("s")))
+    full = (oil.pressure_pa - SUCKED_PA) / (NOT_SUCKED_PA - SUCKED_PA)
+    sucked = flows * SUCKED_M3_S * (1.0 - np.clip(full, 0.0, 1.0))
     for k in range(2):
         own = slice(k * n, (k + 1) * n)
         out[own, own] += lasts * np.outer(size[:, k], size[:, k])
+        out[own, own] += long * np.outer(sucked[:, k], sucked[:, k])
         out[own, own] += of_shared_edges(oil.flickers[:, k])
     both = off.T.ravel()
     out += np.tile(lasts, (2, 2)) * np.outer(both, both)
