@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest
-from testbed.benchmarks.diagnosis.robot_calibration import fit, fitted_width, restated
+from testbed.benchmarks.diagnosis.robot_calibration import fit, restated
 from testbed.benchmarks.diagnosis.robot_draws import KINDS, MOTIONS, drawn
+from testbed.benchmarks.diagnosis.robot_intervals import fitted_doubt
 from testbed.benchmarks.diagnosis.robot_scores import calibration as calibration_of_stated
 from testbed.benchmarks.diagnosis.robot_scores import scores, target
 from testbed.benchmarks.harness import LINES
@@ -310,8 +311,42 @@ def test_the_width_of_intervals_is_fitted_to_the_linear_model_whatever_was_state
     interval = [0.08 - 0.01 * width, 0.08 + 0.01 * width]
     effect = trial["effects"][0] | {"parameters": {"gain_error": {"value": 0.08}}}
     effect["parameters"]["gain_error"]["interval90"] = interval
-    found = fitted_width([trial | {"effects": [effect], "width": width}])
-    assert found == pytest.approx((0.1 - 0.08) / 0.01)
+    found = fitted_doubt([trial | {"effects": [effect], "width": width}])
+    assert found.width == pytest.approx((0.1 - 0.08) / 0.01)
+    assert not found.law
+
+
+def test_a_law_that_is_wrong_widens_its_own_number_alone() -> None:
+    """Six gains that came out a quarter too small, and a hundred payloads that did not."""
+    interval = {"value": 0.08, "interval90": [0.077, 0.083]}
+    wrong = {
+        "name": "sensor.gain_a",
+        "place": "fl_vertical",
+        "parameters": {"gain_error": interval},
+    }
+    right = {"value": 100.0, "interval90": [90.0, 110.0]}
+    weight = {"name": "robot.payload", "place": "body", "parameters": {"mass": right}}
+    hidden = [
+        {"effect": "sensor.gain_a", "at": "fl_vertical", "parameters": {"gain_error": 0.1}},
+        {"effect": "robot.payload", "at": "body", "parameters": {"mass": 101.0}},
+    ]
+    trial = run_trial(1, GAIN, GAIN, 60.0) | {"effects": [wrong, weight], "hidden": hidden}
+    trial["width"] = 1.0
+    others = [trial | {"effects": [weight], "seed": seed} for seed in range(6, 100)]
+    found = fitted_doubt([*(trial | {"seed": seed} for seed in range(6)), *others])
+    assert found.law == {"sensor.gain_a.gain_error": pytest.approx(0.24, abs=0.02)}
+    assert found.width == 1.0
+    ends = found.ends("sensor.gain_a", "gain_error", 0.08, (0.077, 0.083))
+    assert ends[0] < 0.062 and ends[1] == pytest.approx(0.1, abs=0.002)
+    assert found.ends("robot.payload", "mass", 100.0, (90.0, 110.0)) == (90.0, 110.0)
+    again = trial | {"effects": [stated(wrong, ends), weight], "law": found.law}
+    assert fitted_doubt([*(again | {"seed": s} for s in range(6)), *others]).law == found.law
+    assert not fitted_doubt([*[again] * 6, *others]).law  # one run, however often diagnosed
+
+
+def stated(effect: dict[str, Any], ends: tuple[float, float]) -> dict[str, Any]:
+    """The gain with another interval."""
+    return effect | {"parameters": {"gain_error": {"value": 0.08, "interval90": list(ends)}}}
 
 
 def test_kept_trials_are_read_by_the_harness(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.nonlinear_fit import _as_twins, fitted, weighed_by_law
-from testbed.diagnosis.robot.parameters import _found, found_in
+from testbed.diagnosis.robot.parameters import Doubt, _found, found_in
 from testbed.effects import ALL, by_name
 from testbed.effects.base import Effect
 from testbed.effects.force_cushion import LEFT_COST
@@ -63,7 +63,7 @@ def asked(seen: RobotSeen, missing: np.ndarray, noise_n: float, *effects: str) -
 def interval(balances: Balances, key: str) -> tuple[float, tuple[float, ...]]:
     """What is found of the only candidate's parameter, and its interval of 90 %."""
     chosen = Ledger(balances).hypothesis(tuple(balances.candidates))
-    (found,) = found_in(balances, chosen, 1.0)
+    (found,) = found_in(balances, chosen, Doubt(1.0))
     return found.parameters[key].value, tuple(found.parameters[key].interval90 or ())
 
 
@@ -230,7 +230,7 @@ def test_an_interval_holds_its_value_where_a_parameter_leaps_with_the_numbers() 
         ),
     )
     balances = SimpleNamespace(body=SimpleNamespace(seen=None))
-    found = _found(cast(Any, balances), cast(Any, fit), cast(Any, part), 1.0)
+    found = _found(cast(Any, balances), cast(Any, fit), cast(Any, part), Doubt(1.0))
     coefficient = found.parameters["coefficient"]
     low, high = coefficient.interval90 or (0.0, 0.0)
     assert low <= coefficient.value <= high

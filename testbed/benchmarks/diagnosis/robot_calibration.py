@@ -23,7 +23,8 @@ from testbed.benchmarks.diagnosis.calibration import (
     restate,
     rounded,
 )
-from testbed.benchmarks.diagnosis.robot_scores import alone_of, calibration, distances, target
+from testbed.benchmarks.diagnosis.robot_intervals import fitted_doubt
+from testbed.benchmarks.diagnosis.robot_scores import alone_of, calibration, target
 from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.diagnosis.robot.motion_kinds import DRILL, SECOND, SWAY, WALK
 from testbed.diagnosis.robot.probabilities import (
@@ -53,9 +54,12 @@ START: dict[str, float] = {
     "unnamed": 6.0,
     "form_here": 0.15,
     "rest": 0.3,
-    "much": 60.0,
 }
 """Where the fit starts and what the ridge holds it to, in logarithms (E)."""
+MUCH = 13.0
+"""Evidence from which on more of it counts ever less: runs tell only how much `share` times it is,
+and by less of it two effects at one place would seldom be said (E).
+"""
 SOUND_SHARE = 0.93
 """Evidence counts from what its sort of effect reaches in so many runs of sound machines in the
 same kind of motion (E).
@@ -66,7 +70,8 @@ COMMAND, KEEP_SOUND = "testbed lab fit-robot-diagnosis", " --keep-sound"
 
 def unpacked(moved: Array) -> Numbers:
     """The flat vector of the fit as numbers."""
-    return {k: float(v * np.exp(by)) for (k, v), by in zip(START.items(), moved, strict=True)}
+    fitted = {k: float(v * np.exp(by)) for (k, v), by in zip(START.items(), moved, strict=True)}
+    return fitted | {"much": MUCH}
 
 
 def fit(trials: Sequence[Trial], sound: Sound | None = None) -> Numbers:
@@ -85,7 +90,8 @@ def fit(trials: Sequence[Trial], sound: Sound | None = None) -> Numbers:
             yield float(sets[rows].sum() + nothing * none)
 
     found = unpacked(least_loss(given, [True] * len(START)))
-    found |= {"sound": sound, "width": fitted_width(trials)}
+    doubt = fitted_doubt(trials)
+    found |= {"sound": sound, "width": doubt.width, "law": dict(doubt.law)}
     return found | {"lapse": fitted_lapse(trials, found)}
 
 
@@ -140,21 +146,6 @@ def _probability(trial: Trial, names: frozenset[str]) -> float:
     return sum(float(h["probability"]) for h in trial["hypotheses"] if {*h["names"]} == names)
 
 
-def fitted_width(trials: Sequence[Trial]) -> float:
-    """By how much wider than the linear model says intervals must be, so that 90 % of those of
-    effects that were named rightly hold the truth: from how far the truth lies from the value, in
-    half widths of the linear model's interval. What lies BIASED stated half widths off shows a law
-    that is biased, which no width helps.
-    """
-    off = [d * float(t["width"]) for t in trials for d in distances(t) if d < BIASED]
-    return float(np.clip(np.quantile(off, 0.9), 1.0, 4.0)) if off else START_WIDTH
-
-
-START_WIDTH = 2.0
-"""Where no run shows it (E)."""
-BIASED = 5.0
-
-
 def restated(trials: Sequence[Trial], numbers: Mapping[str, float]) -> list[Trial]:
     """The trials with the probabilities, the verdict and the names that these numbers would
     give.
@@ -183,7 +174,8 @@ def as_yaml(
         "seeds": ranges([int(t["seed"]) for t in trials]),
         "calibration_error_across_halves": round(held_out["expected_calibration_error"], 4),
         "brier_across_halves": round(held_out["brier"], 4),
-        **rounded({k: v for k, v in numbers.items() if k != "sound"}),
+        **rounded({k: v for k, v in numbers.items() if k not in ("law", "sound")}),
+        "law": rounded(numbers["law"]),
         "sound": {motion: rounded(reach) for motion, reach in numbers["sound"].items()},
     }
     return yaml_text(row)

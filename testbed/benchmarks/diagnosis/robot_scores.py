@@ -26,7 +26,7 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
     unseen = [t for t in named if not t["visible"]]
     outside = [t for t in trials if t["kind"] == "outside"]
     both = [t for t in seen if t["kind"] == "double" and len(t["visible"]) == 2]
-    sure = [t for t in trials if t["names"] and t["hypotheses"][0]["probability"] >= SURE]
+    sure = [t for t in trials if t["names"] and _stated(t) >= SURE]
     shares = [share for t in seen if (share := closed_share(t)) is not None]
     closable = [share for t in seen if (share := closed_share(t, "told")) is not None]
     ratios = [t["closed"]["after"] / t["closed"]["before"] for t in trials if t["closed"]]
@@ -59,6 +59,12 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
             for name in hidden_sizes()["named"]
         },
     }
+
+
+def _stated(t: Trial) -> float:
+    """Probability of the set of names that was said."""
+    said = {*t["names"]}
+    return sum(float(h["probability"]) for h in t["hypotheses"] if {*h["names"]} == said)
 
 
 def alone_of(trial: Trial) -> Trial:

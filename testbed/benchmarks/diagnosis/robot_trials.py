@@ -110,6 +110,7 @@ def _said(found: RobotDiagnosis, case: Drawn) -> dict[str, Any]:
         "hypotheses": said["hypotheses"],
         "signs": found.signs.as_json(),
         "width": calibration()["width"],
+        "law": dict(calibration()["law"]),
     }
 
 

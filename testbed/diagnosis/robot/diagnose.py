@@ -23,7 +23,7 @@ from testbed.diagnosis.robot.groups import FORCES, GROUND, Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.motion_kinds import motion_kinds
 from testbed.diagnosis.robot.nonlinear_fit import weighed_by_law
-from testbed.diagnosis.robot.parameters import Found, found_in
+from testbed.diagnosis.robot.parameters import Doubt, Found, found_in
 from testbed.diagnosis.robot.probabilities import (
     NO_NAME,
     Names,
@@ -228,7 +228,7 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
         balances=balances,
         signs=signs,
         verdict=verdict,
-        found=found_in(balances, verdict.chosen, calibration()["width"]),
+        found=found_in(balances, verdict.chosen, Doubt.shipped()),
         errors={key: _errors(balances, verdict.chosen, key) for key in balances.raw},
         left_out=_left_out(ledger),
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
