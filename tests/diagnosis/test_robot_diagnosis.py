@@ -101,7 +101,7 @@ def run_trial(seed: int, truth: list[str], said: list[str], factor: float) -> di
         "signs": {"motions": [SWAY], "sets": [[["sensor.gain_a@fl_vertical"], factor, None]]},
         "width": 2.0,
         "second": {},
-        "closed": {"before": 300.0, "after": 200.0, "sound": 100.0} if said else {},
+        "closed": {"before": 300.0, "after": 200.0, "told": 100.0, "sound": 100.0} if said else {},
         "seconds": 1.0,
     }
 
@@ -117,6 +117,19 @@ def test_scores_count_names_places_intervals_and_what_is_closed() -> None:
     assert found["closed_share"]["p50"] == pytest.approx((9 - 4) / (9 - 1))
     wrong = scores([run_trial(1, GAIN, ["sensor.gain_b@fl_vertical"], 90.0)])
     assert wrong["place_named"]["share"] == 1.0 and wrong["name_and_place"]["share"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "told", "worse", "harmed"),
+    [(300.0, 320.0, 330.0, 1, 0), (300.0, 320.0, 300.0, 1, 1), (300.0, 310.0, 200.0, 0, 0)],
+)
+def test_what_the_truth_makes_worse_is_told_apart_from_harm(
+    before: float, after: float, told: float, worse: int, harmed: int
+) -> None:
+    closed = {"before": before, "after": after, "told": told, "sound": 100.0}
+    found = scores([run_trial(1, GAIN, GAIN, 90.0) | {"closed": closed}])
+    assert found["made_worse"]["share"] == worse
+    assert found["made_worse_than_by_the_truth"]["share"] == harmed
 
 
 SURE = Verdict("effect", cast(Any, None), ((("sensor.gain_a@fl_vertical",), 1.0),), {})

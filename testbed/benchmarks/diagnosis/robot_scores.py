@@ -51,6 +51,7 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
         "closed_share": quantiles(shares) | {"of": len(shares)},
         "closed_of_closable": quantiles(closable) | {"of": len(closable)},
         "made_worse": rate([ratio > WORSE for ratio in ratios]),
+        "made_worse_than_by_the_truth": rate([_harms(t["closed"]) for t in trials if t["closed"]]),
         "seconds": quantiles([t["seconds"] for t in trials]),
         "calibration": calibration(trials),
         "confusion": confusion([_asked(t) for t in trials]),
@@ -65,6 +66,14 @@ def _stated(t: Trial) -> float:
     """Probability of the set of names that was said."""
     said = {*t["names"]}
     return sum(float(h["probability"]) for h in t["hypotheses"] if {*h["names"]} == said)
+
+
+def _harms(closed: Mapping[str, float]) -> bool:
+    """Whether another motion is estimated worse both than as believed and than with what is really
+    hidden believed to the number: by more than WORSE. What the truth makes worse no diagnosis can
+    help.
+    """
+    return closed["after"] > WORSE * max(closed["before"], closed["told"])
 
 
 def alone_of(trial: Trial) -> Trial:
