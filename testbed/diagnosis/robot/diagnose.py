@@ -22,6 +22,7 @@ from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import FORCES, GROUND, Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.motion_kinds import motion_kinds
+from testbed.diagnosis.robot.naming import NO_SIZE, failed_names, without
 from testbed.diagnosis.robot.nonlinear_fit import weighed_by_law
 from testbed.diagnosis.robot.parameters import Doubt, Found, found_in
 from testbed.diagnosis.robot.probabilities import (
@@ -64,6 +65,7 @@ SAME_PLACE = (
 )
 MAY_BE_SOUND = "a sound machine is likelier than any one set of names: worth a look, not a repair"
 PREDICTS_WORSE = "what was found predicts the kept-back forces worse than refitted tolerances do"
+SIZE_UNKNOWN = "what is at its place may be of any size where this recording did not go"
 PLACE_IN_DOUBT = "it is not likelier than not that something is wrong at its place"
 LIKELY_PLACE = 0.5
 """Least probability of a place at which forces are corrected for what was found: more likely than
@@ -125,6 +127,8 @@ class RobotDiagnosis:
     """Group of balances -> how many of a machine's numbers its earlier recording shows beyond what
     any workshop leaves: so many are not taken from it.
     """
+    unsized: frozenset[str] = frozenset()
+    """Places at which something shows by its force alone, whose size elsewhere nobody knows."""
     added_n2: Array = field(default_factory=lambda: np.zeros(0))
     """By how much the effects add to the mean square error of the kept-back forces beside what the
     tolerances of a sound machine leave, second by second.
@@ -156,6 +160,8 @@ class RobotDiagnosis:
         """Why what was found is not put into the model, in words; empty where it is."""
         if not self.predicts_forces:
             return PREDICTS_WORSE
+        if any(found.place in self.unsized for found in self.found):
+            return SIZE_UNKNOWN
         return "" if self.places_are_likely else PLACE_IN_DOUBT
 
 
@@ -216,24 +222,29 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
     signs = RobotSigns.of(tried, motion_kinds(balances))
     weights = distribution(signs, calibration())
     verdict = _verdict(ledger, tried, weights, {})
+    found = found_in(balances, verdict.chosen, Doubt.shipped())
+    unsized: set[str] = set()
     while verdict.kind == "effect":
-        failed = _failed(ledger, verdict.chosen)
+        failed = failed_names(ledger, verdict.chosen, found)
         if not failed:
             break
-        weights = _without(weights, failed)
+        unsized |= {str(place_of(name)) for name, why in failed.items() if why == NO_SIZE}
+        weights = without(weights, failed)
         verdict = _verdict(ledger, tried, weights, failed)
+        found = found_in(balances, verdict.chosen, Doubt.shipped())
     unnamed = [h for h in tried if not has_names(h.names)]
     return RobotDiagnosis(
         name=name,
         balances=balances,
         signs=signs,
         verdict=verdict,
-        found=found_in(balances, verdict.chosen, Doubt.shipped()),
+        found=found,
         errors={key: _errors(balances, verdict.chosen, key) for key in balances.raw},
         left_out=_left_out(ledger),
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
         beyond="; ".join(_doubts(ledger, verdict)),
         not_recalled=balances.not_recalled(),
+        unsized=frozenset(unsized),
         added_n2=_added_each_second(balances, verdict.chosen),
     )
 
@@ -319,42 +330,6 @@ def _ambiguous(chosen: Hypothesis, tried: Sequence[Hypothesis]) -> dict[str, tup
         ]
         near = sorted((f, n) for f, n in rivals if f > least)
         out[name] = tuple(n for _, n in reversed(near))
-    return out
-
-
-def _failed(ledger: Ledger, chosen: Hypothesis) -> dict[str, str]:
-    """Names of the chosen set that fail a test, with the reason."""
-    width = float(calibration()["width"])
-    out, first = {}, 0
-    for name in chosen.names:
-        size = len(ledger.balances.candidates[name].signature)
-        own = slice(first, first + size)
-        first += size
-        mean, inside = chosen.mean[own], chosen.covariance[own, own] * width**2
-        if float(mean @ np.linalg.solve(inside, mean)) < LEAST_WALD * np.sqrt(size):
-            out[name] = "its interval contains zero"
-            continue
-        others = tuple(n for n in chosen.names if n != name)
-        if ledger.is_course(name):
-            continue
-        if ledger.foreseen(chosen.names) - ledger.foreseen(others) < LEAST_FORESEEN:
-            out[name] = "parts of the recording that were kept back are predicted no better with it"
-    return out
-
-
-LEAST_FORESEEN = 2.0
-"""Least gain in log likelihood of the kept-back parts by an effect (E)."""
-LEAST_WALD = 2.7
-"""1.645 squared: the 90 % interval of a single number excludes zero."""
-
-
-def _without(weights: Mapping[Names, float], failed: Mapping[str, str]) -> dict[Names, float]:
-    """The weights, with those of sets that contain a failed name moved to the sets without it."""
-    out: dict[Names, float] = {}
-    for names, weight in weights.items():
-        left = tuple(n for n in names if n not in failed)
-        left = left if left in weights else ()
-        out[left] = out.get(left, 0.0) + weight
     return out
 
 

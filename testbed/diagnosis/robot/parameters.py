@@ -14,6 +14,7 @@ from testbed.diagnosis.robot.groups import Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.nonlinear_fit import Fitted, Part, fitted
 from testbed.diagnosis.robot.probabilities import calibration
+from testbed.effects import by_name
 from testbed.recording.leg_model import Parameter
 
 DRAWS = 400
@@ -32,6 +33,24 @@ class Found:
     def name(self) -> str:
         """`sensor.gain_a@fl_vertical`."""
         return f"{self.kind}@{self.place}"
+
+    @property
+    def may_be_nothing(self) -> bool:
+        """Whether a number by which alone the effect is none (a spring's stiffness of 0, a factor
+        of 1) lies within its interval.
+        """
+        values = {key: parameter.value for key, parameter in self.parameters.items()}
+        for key, parameter in self.parameters.items():
+            low, high = parameter.interval90 or (parameter.value, parameter.value)
+            for nothing in (0.0, 1.0):
+                if low <= nothing <= high and _is_none(self.kind, values | {key: nothing}):
+                    return True
+        return False
+
+
+def _is_none(kind: str, values: Mapping[str, float]) -> bool:
+    """Whether an effect with these parameters does nothing."""
+    return not any(by_name(kind).to_linear(values).values())
 
 
 @dataclass(frozen=True)
