@@ -34,6 +34,7 @@ def rows() -> dict[float, Declared]:
     return {row.off: row for row in DeclaredNumbers().work((place, "bore_m"))}
 
 
+@pytest.mark.slow
 def test_a_bore_within_its_tolerance_moves_and_one_beyond_is_contradicted(
     rows: dict[float, Declared],
 ) -> None:
@@ -44,6 +45,7 @@ def test_a_bore_within_its_tolerance_moves_and_one_beyond_is_contradicted(
     assert rows[0.05].ratio is not None and rows[0.05].ratio < 1.0
 
 
+@pytest.mark.slow
 def test_a_declared_number_that_is_right_costs_nothing(rows: dict[float, Declared]) -> None:
     assert rows[0.0].outcome == KEPT and rows[0.0].ratio == pytest.approx(1.0)
 
