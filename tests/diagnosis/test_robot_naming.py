@@ -1,4 +1,4 @@
-"""What is not said: a name whose size may be nothing, and what becomes of its probability."""
+"""A name whose size may be nothing: what is not said, and what forces are not corrected for."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from testbed.diagnosis.robot.diagnose import SIZE_UNKNOWN, RobotDiagnosis, Verdict
 from testbed.diagnosis.robot.findings import as_json, models
 from testbed.diagnosis.robot.groups import FORCES
-from testbed.diagnosis.robot.naming import CONTAINS_ZERO, NO_SIZE, without
+from testbed.diagnosis.robot.naming import CONTAINS_ZERO, without
 from testbed.diagnosis.robot.parameters import Found
 from testbed.recording.leg_model import Parameter
 from testbed.recording.robot_model import RobotModelFile
@@ -50,30 +50,23 @@ def test_an_effect_may_be_nothing_by_a_number_that_makes_it_none_alone(
     assert effect.may_be_nothing == nothing
 
 
-def test_what_has_no_size_is_there_all_the_same() -> None:
-    """Its probability goes to all others in proportion; that of one that may be zero to none."""
+def test_the_probability_of_what_may_be_zero_goes_to_what_is_left_without_it() -> None:
     weights = {(SPRING,): 0.5, (CUSHION,): 0.3, (): 0.2}
-    assert without(weights, {SPRING: NO_SIZE}) == {
-        (CUSHION,): pytest.approx(0.6),
-        (): pytest.approx(0.4),
-    }
     assert without(weights, {SPRING: CONTAINS_ZERO}) == {
         (CUSHION,): pytest.approx(0.3),
         (): pytest.approx(0.7),
     }
-    assert without({(SPRING,): 1.0}, {SPRING: NO_SIZE}) == {(): 1.0}
 
 
-@pytest.mark.parametrize(("unsized", "believed"), [((), 1), (("rr_vertical",), 0)])
-def test_forces_are_not_corrected_where_the_size_of_a_rival_is_unknown(
-    unsized: tuple[str, ...], believed: int
+@pytest.mark.parametrize(("lowest", "believed"), [(1e3, 1), (-3e4, 0)])
+def test_forces_are_not_corrected_for_what_may_be_of_any_size_elsewhere(
+    lowest: float, believed: int
 ) -> None:
+    """A spring whose piston hardly moved: it is said, and its force there is known."""
     nothing: Any = None
-    cushion = found(CUSHION, stiffness=(1e4, 2e4), start=(0.1, 0.2))
-    verdict = Verdict("effect", nothing, (((CUSHION,), 1.0),), {})
+    spring = found(SPRING, stiffness=(lowest, 4e4), rest=(0.1, 0.2))
+    verdict = Verdict("effect", nothing, (((SPRING,), 1.0),), {})
     errors = {FORCES: {"before": 1.0, "refit": 1.0, "after": 0.9}}
-    said = RobotDiagnosis(
-        "run", nothing, nothing, verdict, (cushion,), errors, {}, unsized=frozenset(unsized)
-    )
+    said = RobotDiagnosis("run", nothing, nothing, verdict, (spring,), errors, {})
     assert len(models(said, RobotModelFile())["after"].effects) == believed
     assert as_json(said).get("not_believed") == (None if believed else SIZE_UNKNOWN)

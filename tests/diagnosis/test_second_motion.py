@@ -218,7 +218,7 @@ def test_a_promise_is_what_both_recordings_would_say_together() -> None:
 
 
 def test_where_no_motion_parts_two_it_is_said_what_would() -> None:
-    assert parting({"rise": 0.6, "press": 0.5}) == []
+    assert parting({"rise": 0.59, "press": 0.5}) == []
     spring, cushion = "force.spring@fl_rotation", "force.cushion@fl_rotation"
     said = instead_of_a_motion(((spring,), (cushion,)))
     assert "no motion" in said and by_name("force.spring").alike["force.cushion"] in said

@@ -22,7 +22,7 @@ from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import FORCES, GROUND, Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.motion_kinds import motion_kinds
-from testbed.diagnosis.robot.naming import NO_SIZE, failed_names, without
+from testbed.diagnosis.robot.naming import failed_names, without
 from testbed.diagnosis.robot.nonlinear_fit import weighed_by_law
 from testbed.diagnosis.robot.parameters import Doubt, Found, found_in
 from testbed.diagnosis.robot.probabilities import (
@@ -65,7 +65,7 @@ SAME_PLACE = (
 )
 MAY_BE_SOUND = "a sound machine is likelier than any one set of names: worth a look, not a repair"
 PREDICTS_WORSE = "what was found predicts the kept-back forces worse than refitted tolerances do"
-SIZE_UNKNOWN = "what is at its place may be of any size where this recording did not go"
+SIZE_UNKNOWN = "its force is known where this recording went, and may be of any size elsewhere"
 PLACE_IN_DOUBT = "it is not likelier than not that something is wrong at its place"
 LIKELY_PLACE = 0.5
 """Least probability of a place at which forces are corrected for what was found: more likely than
@@ -127,8 +127,6 @@ class RobotDiagnosis:
     """Group of balances -> how many of a machine's numbers its earlier recording shows beyond what
     any workshop leaves: so many are not taken from it.
     """
-    unsized: frozenset[str] = frozenset()
-    """Places at which something shows by its force alone, whose size elsewhere nobody knows."""
     added_n2: Array = field(default_factory=lambda: np.zeros(0))
     """By how much the effects add to the mean square error of the kept-back forces beside what the
     tolerances of a sound machine leave, second by second.
@@ -160,7 +158,7 @@ class RobotDiagnosis:
         """Why what was found is not put into the model, in words; empty where it is."""
         if not self.predicts_forces:
             return PREDICTS_WORSE
-        if any(found.place in self.unsized for found in self.found):
+        if any(found.may_be_nothing for found in self.found):
             return SIZE_UNKNOWN
         return "" if self.places_are_likely else PLACE_IN_DOUBT
 
@@ -223,12 +221,10 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
     weights = distribution(signs, calibration())
     verdict = _verdict(ledger, tried, weights, {})
     found = found_in(balances, verdict.chosen, Doubt.shipped())
-    unsized: set[str] = set()
     while verdict.kind == "effect":
         failed = failed_names(ledger, verdict.chosen, found)
         if not failed:
             break
-        unsized |= {str(place_of(name)) for name, why in failed.items() if why == NO_SIZE}
         weights = without(weights, failed)
         verdict = _verdict(ledger, tried, weights, failed)
         found = found_in(balances, verdict.chosen, Doubt.shipped())
@@ -244,7 +240,6 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
         beyond="; ".join(_doubts(ledger, verdict)),
         not_recalled=balances.not_recalled(),
-        unsized=frozenset(unsized),
         added_n2=_added_each_second(balances, verdict.chosen),
     )
 

@@ -164,7 +164,7 @@ def parting(promised: Mapping[str, float]) -> list[str]:
     return sorted(enough, key=promised.__getitem__, reverse=True)
 
 
-WORTH = 0.65
+WORTH = 0.6
 """Least chance that a motion tells rivals apart for which it is made: as likely as the better of
 two is at most before (CLOSE).
 """

@@ -15,9 +15,6 @@ LEAST_FORESEEN = 2.0
 LEAST_WALD = 2.7
 """1.645 squared: the 90 % interval of a single number excludes zero."""
 CONTAINS_ZERO = "its interval contains zero"
-NO_SIZE = "its numbers together exclude zero, but its size does not"
-"""A spring that shows at one place of the stroke alone: its force there is known, and neither its
-stiffness nor where it rests."""
 NOT_FORESEEN = "parts of the recording that were kept back are predicted no better with it"
 
 
@@ -34,8 +31,8 @@ def failed_names(ledger: Ledger, chosen: Hypothesis, found: Sequence[Found]) -> 
         if float(mean @ np.linalg.solve(inside, mean)) < LEAST_WALD * np.sqrt(size):
             out[name] = CONTAINS_ZERO
             continue
-        if name in sizeless:
-            out[name] = NO_SIZE if size > 1 else CONTAINS_ZERO
+        if name in sizeless and size == 1:
+            out[name] = CONTAINS_ZERO
             continue
         others = tuple(n for n in chosen.names if n != name)
         if ledger.is_course(name):
@@ -46,15 +43,10 @@ def failed_names(ledger: Ledger, chosen: Hypothesis, found: Sequence[Found]) -> 
 
 
 def without(weights: Mapping[Names, float], failed: Mapping[str, str]) -> dict[Names, float]:
-    """The weights, with those of sets that contain a failed name moved to the sets without it;
-    what something of no size explains is there, so its weight goes to all others.
-    """
+    """The weights, with those of sets that contain a failed name moved to the sets without it."""
     out: dict[Names, float] = {}
     for names, weight in weights.items():
-        if any(failed.get(name) == NO_SIZE for name in names):
-            continue
         left = tuple(n for n in names if n not in failed)
         left = left if left in weights else ()
         out[left] = out.get(left, 0.0) + weight
-    total = sum(out.values())
-    return {names: weight / total for names, weight in out.items()} if total else {(): 1.0}
+    return out
