@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.diagnosis.robot.believed_valve import Asks, BelievedValve, Flow, edge_leaks
-from testbed.diagnosis.robot.bin_edge_noise import flicker_pa
+from testbed.diagnosis.robot.bin_edge_noise import flicker_pa, told_share
 from testbed.diagnosis.robot.bins import Bins, Frame
 from testbed.diagnosis.robot.piston_positions import play, rounding
 from testbed.effects.hydraulics_air import free_share
@@ -91,9 +91,9 @@ class Oil:
     by_leak: Array
     """Flow by 1 m3/(s Pa) of leakage across the piston."""
     by_air: Array
-    """By a share 1 of free air."""
+    """By a share 1 of free air, where the pressure's change is no noise."""
     by_softness: Array
-    """By 1 / bulk modulus, 1/Pa."""
+    """By 1 / bulk modulus, 1/Pa, likewise."""
     by_hose: Array
     """(n, hoses, 2) by 1 m3/Pa of each hose of hydraulics.hose at A."""
     swept_m2: Array
@@ -101,7 +101,7 @@ class Oil:
     rounding_m: Array
     """(n + 1,) standard deviation of the encoder's rounding at the bins' edges."""
     play_m: Array
-    """(2, n + 1) standard deviation of where the joint is within its play, likewise."""
+    """(3, n + 1) standard deviation of where the joint is within its play, likewise; see `play`."""
     by_lateness: Array
     """By sensors that read 1 s late, were pressures to go on as they do."""
     by_edge_leak: Array
@@ -132,6 +132,8 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     compressed = oil.squeezed / axis.oil.bulk_modulus_pa + axis.oil.entrained_air * air
     by_reading = valve.flow(more_pa=READING_STEP_PA).less(flow) / READING_STEP_PA
     flicker = [flicker_pa(axis, one, frame) for one in (a_pa, b_pa)]
+    edges = [frame.at_edges(one) for one in (a_pa, b_pa)]
+    told = np.column_stack([told_share(*pair) for pair in zip(edges, flicker, strict=True)])
     return Oil(
         pressure_pa=oil.pressure_pa,
         missing=_missing(axis, flow, oil, compressed, leak, edge_leak),
@@ -151,13 +153,13 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_hysteresis=-valve.flow(hysteresis_sds=HYSTERESIS_SDS).less(flow) / HYSTERESIS_SDS,
         by_leak=-leak,
         by_edge_leak=-edge_leak,
-        by_air=air,
-        by_softness=oil.squeezed,
+        by_air=told * air,
+        by_softness=told * oil.squeezed,
         by_hose=_by_hoses(a_pa, frame),
         swept_m2=oil.swept_m2,
         rounding_m=rounding(bins, i, axis),
         play_m=play(bins, i, axis),
-        flickers=oil.takes_up_m3_pa * flicker / (frame.width * frame.period_s),
+        flickers=oil.takes_up_m3_pa * np.column_stack(flicker) / (frame.width * frame.period_s),
     )
 
 
