@@ -47,23 +47,40 @@ def test_what_the_encoder_takes_from_one_bin_it_gives_to_the_next() -> None:
 def test_play_is_passed_once_on_the_way_from_one_sense_to_the_other() -> None:
     sd, resting = 1e-3, np.zeros(5)
     turning = np.array([0.0, sd, sd, sd, 0.0])
-    places = played(np.array([resting, turning]), STEP_S * np.arange(4.0), PLAY_S)
+    places = played(np.array([resting, turning, resting]), STEP_S * np.arange(4.0), PLAY_S)
     found = swept(np.ones(1), places)
     assert np.ones(4) @ found @ np.ones(4) == pytest.approx(0.0, abs=1e-12)
     into, inside = found[0, 0], found[1, 1]
     assert into == pytest.approx((sd / STEP_S) ** 2) and inside < 0.5 * into
 
 
+def test_play_is_crossed_within_a_bin_where_a_slide_begins() -> None:
+    sd, nothing = 1e-3, np.zeros(6)
+    resting = np.array([sd, sd, sd, sd, 0.0, 0.0])
+    begins = np.array([0.0, 0.0, 0.0, sd, 0.0, 0.0])
+    time_s = STEP_S * np.arange(5.0)
+
+    def crossed_m(beginning: np.ndarray) -> float:
+        """Standard deviation of what the piston sweeps unseen in the last bin of a rest."""
+        places = played(np.array([resting, nothing, beginning]), time_s, PLAY_S)
+        return float(np.sqrt(swept(np.ones(1), places)[2, 2]) * STEP_S)
+
+    assert crossed_m(nothing) < 0.3 * sd
+    assert crossed_m(begins) == pytest.approx(sd, rel=0.05)
+
+
 def test_a_joint_that_hunts_within_its_play_creeps_unseen_for_seconds() -> None:
     resting = np.full(41, 1e-3)
-    places = played(np.array([resting, np.zeros(41)]), STEP_S * np.arange(40.0), PLAY_S)
+    places = played(
+        np.array([resting, np.zeros(41), np.zeros(41)]), STEP_S * np.arange(40.0), PLAY_S
+    )
     found = swept(np.ones(1), places)
     near, far = found[20, 21] / found[20, 20], found[20, 35] / found[20, 20]
     assert near > 0.5 and abs(far) < 0.2
 
 
 def test_a_smaller_machine_crosses_its_play_sooner_and_sweeps_as_much_faster() -> None:
-    play_m = np.abs(np.random.default_rng(1).normal(size=(2, 41))) * 1e-3
+    play_m = np.abs(np.random.default_rng(1).normal(size=(3, 41))) * 1e-3
     large = played(play_m, STEP_S * np.arange(40.0), PLAY_S)
     small = played(play_m, 0.5 * STEP_S * np.arange(40.0), 0.5 * PLAY_S)
     assert small == pytest.approx(4.0 * large)

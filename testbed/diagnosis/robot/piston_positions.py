@@ -39,20 +39,23 @@ def rounding(bins: Bins, i: int, axis: Axis) -> Array:
 
 
 def play(bins: Bins, i: int, axis: Axis) -> Array:
-    """(2, n + 1) m, standard deviation of where a joint is within its play at the edges of the
-    bins: where it rests or hunts, and where it turns round, from end to end.
+    """(3, n + 1) m, standard deviation of where a joint is within its play at the edges of the
+    bins: where it rests or hunts; where it turns round, from end to end; and where it begins or
+    ends a slide: it crosses its play before its encoder follows.
     """
     if axis.joint != "rotation":
-        return np.zeros((2, bins.count + 1))
+        return np.zeros((3, bins.count + 1))
     sd = HUNTING * standard_deviation("joint.play@*.half_width")
     surely = slides_surely(bins.direction[:, i, None])[:, 0]
-    rests = 1.0 - np.minimum(np.append(surely[:1], surely), np.append(surely, surely[-1:]))
+    before, after = np.append(surely[:1], surely), np.append(surely, surely[-1:])
+    rests = 1.0 - np.minimum(before, after)
     way = np.sign(bins.direction[:, i])
     index = np.arange(bins.count)
     last = np.maximum.accumulate(np.where(way != 0.0, index, 0))
     following = np.minimum.accumulate(np.where(way != 0.0, index, bins.count - 1)[::-1])[::-1]
     turns = np.append(way[:1], way[last]) * np.append(way[following], way[-1:]) < 0.0
-    return np.asarray(sd * np.abs(_at_edges(bins.arm_m[:, i])) * np.array([rests, turns]))
+    begins = np.abs(after - before)
+    return np.asarray(sd * np.abs(_at_edges(bins.arm_m[:, i])) * np.array([rests, turns, begins]))
 
 
 def lies_in_play(direction: Array) -> tuple[Array, Array]:
@@ -90,15 +93,16 @@ def rounded(rounding_m: Array, time_s: Array) -> Array:
 
 
 def played(play_m: Array, time_s: Array, crosses_s: float) -> Array:
-    """The same of the piston's place within its joint's play, (2, n + 1) as `play` gives it, which
-    it crosses in about `crosses_s`.
+    """The same of the piston's place within its joint's play, (3, n + 1) as `play` gives it, which
+    it crosses in about `crosses_s`; within a bin where a slide begins or ends.
     """
     edges, step = np.arange(len(time_s) + 1), _step(time_s)
     apart = step * np.abs(np.subtract.outer(edges, edges)) / crosses_s
     goes = np.exp(-apart)
     creeps = (1.0 + apart) * goes  # with a speed that lasts
-    resting, turning = (np.outer(off, off) for off in play_m)
-    return np.asarray((creeps * resting + goes * turning) / step**2)
+    resting, turning, beginning = (np.outer(off, off) for off in play_m)
+    at_once = np.eye(len(edges))
+    return np.asarray((creeps * resting + goes * turning + at_once * beginning) / step**2)
 
 
 def wanders(time_s: Array) -> Array:
