@@ -95,8 +95,15 @@ def test_stretches_that_end_too_soon_to_be_a_clamp_say_nothing_alone() -> None:
 def test_no_clamp_holds_a_rope_for_longer_than_its_device_needs_to_go_back() -> None:
     traction = build_machine().traction
     back_s = traction.stroke_m / traction.return_speed_m_s + 2.0 * traction.clamp_s
-    assert _is_a_clamp(back_s, traction) and _is_a_clamp(0.6, traction)
-    assert not _is_a_clamp(1.3 * back_s, traction)
+    assert _is_a_clamp(back_s, 1.0, traction) and _is_a_clamp(0.6, 1.0, traction)
+    assert not _is_a_clamp(1.3 * back_s, 1.0, traction)
+
+
+@pytest.mark.parametrize("share", [0.4, 1.0, 2.5])
+def test_no_rope_is_so_soft_that_its_pull_hardly_rises(share: float) -> None:
+    traction = build_machine().traction
+    assert _is_a_clamp(1.5, share, traction)
+    assert not _is_a_clamp(1.5, 0.05 * share, traction)
 
 
 def test_of_two_that_disagree_the_stiffer_one_counts() -> None:

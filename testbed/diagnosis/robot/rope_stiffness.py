@@ -47,6 +47,10 @@ LASTS, SHORT = 0.7, 0.3
 shorter ones (B: of 361 stretches of 97 sound recordings 93 % of those that last so long, and 57 %
 of shorter ones, are within a quarter of the rope's stiffness).
 """
+SOFTEST = 0.2
+"""No rope is as soft as this share of what is declared: a pull that rises so slowly is that of a
+device which pays out somewhat too slowly (E).
+"""
 AGREES = 2.0 * 2.0**0.5 * EACH
 """Two stretches of one rope hardly differ by more than this share: two standard deviations of their
 difference.
@@ -97,7 +101,7 @@ def held_ropes(bins: Bins, robot: Robot, ropes_in_world: Array) -> HeldRopes:
         (bins.time_s[first], count * step_s, slope / declared)
         for way, pull in zip(down_m.T, bins.tension_n.T, strict=True)
         for first, count, slope in _stretches(way, pull, robot.machine.scale)
-        if _is_a_clamp(count * step_s, robot.machine.traction)
+        if _is_a_clamp(count * step_s, slope / declared, robot.machine.traction)
     ]
     if not found:
         return HeldRopes.none()
@@ -107,11 +111,12 @@ def held_ropes(bins: Bins, robot: Robot, ropes_in_world: Array) -> HeldRopes:
     return HeldRopes(time[same], stiffness[same], lasts[same])
 
 
-def _is_a_clamp(lasts_s: float, traction: Traction) -> bool:
+def _is_a_clamp(lasts_s: float, stiffness: float, traction: Traction) -> bool:
     """Whether a stretch may be of a rope that is held: no clamp holds it for longer than its device
-    needs to go back; what lasts longer is a device that pays out or hauls in.
+    needs to go back; what lasts longer, or rises hardly at all by what is declared, is a device
+    that pays out or hauls in.
     """
-    return lasts_s < grip_change_s(traction) + EDGES_S
+    return stiffness > SOFTEST and lasts_s < grip_change_s(traction) + EDGES_S
 
 
 def _agreeing(stiffness: Array, lasts: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
