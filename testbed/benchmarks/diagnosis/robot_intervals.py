@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from testbed.benchmarks.diagnosis.robot_scores import told_numbers
 from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.diagnosis.robot.parameters import Doubt
 
@@ -72,17 +73,14 @@ def fitted_doubt(trials: Sequence[Trial]) -> Doubt:
 def misses(trials: Sequence[Trial]) -> Iterator[Miss]:
     """Every number of every effect that was named rightly, by what the linear model said of it."""
     for trial in trials:
-        hidden = {f"{h['effect']}@{h['at']}": h["parameters"] for h in trial["hidden"]}
         law = trial.get("law", {})
-        for effect in trial["effects"]:
-            for key, truth in hidden.get(f"{effect['name']}@{effect['place']}", {}).items():
-                said, number = effect["parameters"][key], f"{effect['name']}.{key}"
-                value = float(said["value"])
-                stated = abs(said["interval90"][int(truth > value)] - value)
-                wrong = law.get(number, 0.0) * value
-                half = math.sqrt(max(stated**2 - wrong**2, 0.0)) / float(trial["width"])
-                if half > 0.0:
-                    yield Miss(trial["seed"], number, abs(truth - value), half, abs(value))
+        for number, truth, said in told_numbers(trial):
+            value = float(said["value"])
+            stated = abs(said["interval90"][int(truth > value)] - value)
+            wrong = law.get(number, 0.0) * value
+            half = math.sqrt(max(stated**2 - wrong**2, 0.0)) / float(trial["width"])
+            if half > 0.0:
+                yield Miss(trial["seed"], number, abs(truth - value), half, abs(value))
 
 
 def _width(found: Sequence[Miss], law: dict[str, float]) -> float:

@@ -151,18 +151,25 @@ def closed_share(t: Trial, best: str = "sound") -> float | None:
     return (before - after) / (before - least) if before > ADDS**2 * least else None
 
 
+def told_numbers(t: Trial) -> Iterator[tuple[str, float, dict[str, Any]]]:
+    """Of each parameter of an effect that was named rightly: `effect.parameter`, the truth, and
+    what was said of it.
+    """
+    hidden = {f"{h['effect']}@{h['at']}": h["parameters"] for h in t["hidden"]}
+    for effect in t["effects"]:
+        truths = hidden.get(f"{effect['name']}@{effect['place']}", {})
+        for key, truth in truths.items():
+            yield f"{effect['name']}.{key}", truth, effect["parameters"][key]
+
+
 def distances(t: Trial) -> Iterator[float]:
     """Of each parameter of an effect that was named rightly: how far the truth lies from the value,
     by the end of the 90 % interval on that side; up to 1 it is inside.
     """
-    hidden = {f"{h['effect']}@{h['at']}": h["parameters"] for h in t["hidden"]}
-    for effect in t["effects"]:
-        truth = hidden.get(f"{effect['name']}@{effect['place']}", {})
-        for key, value in truth.items():
-            said = effect["parameters"][key]
-            end = said["interval90"][int(value > said["value"])]
-            reach = abs(end - said["value"])
-            yield abs(value - said["value"]) / reach if reach > 0.0 else BEYOND
+    for _, truth, said in told_numbers(t):
+        end = said["interval90"][int(truth > said["value"])]
+        reach = abs(end - said["value"])
+        yield abs(truth - said["value"]) / reach if reach > 0.0 else BEYOND
 
 
 BEYOND = 10.0

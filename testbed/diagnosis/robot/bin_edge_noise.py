@@ -61,8 +61,8 @@ def told_share(edges: Array, sd: Array) -> Array:
     edges (n + 1,) that err by `sd` (n,).
     """
     off = np.sqrt(2.0) * sd
-    surely = np.full(len(off), np.inf)
-    sizes = np.divide(np.abs(np.diff(edges)), off, out=surely, where=off > 0.0)
+    sizes = np.full(len(off), np.inf)
+    np.divide(np.abs(np.diff(edges)), off, out=sizes, where=off > 0.0)
     return np.asarray(np.clip((sizes - TOLD_FROM) / (TOLD_SURELY - TOLD_FROM), 0.0, 1.0))
 
 
