@@ -94,7 +94,7 @@ def balance_of(
     coulomb, viscous, spread = friction.friction(bins, machine)
     area_a, area_b = friction.areas(machine)
     less = _by_cylinder(n, beside or {})
-    piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b - less
+    piston = friction.pistons_n(bins, robot) - less
     rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
     rope_way = rope_ways(bins, robot, ropes_in_world, rotation)
     hangs = hanging(bins, machine.scale)

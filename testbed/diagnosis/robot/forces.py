@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.balance import BodyBalance
+from testbed.diagnosis.robot.end_cushions import end_cushions_n
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.force_noise import (
     OF_A_SOUND_MACHINE,
@@ -47,6 +48,8 @@ HELD_ALIKE, HELD_EACH = 2.0, 0.5
 """Stiffness of a stuck seal over that of its oil column, common and each one's own: up to three
 (B).
 """
+CUSHION_SHARE = 0.2
+"""An end cushion brakes as declared to this share (E)."""
 SHORT_BEND, TURNS_BEHIND = "share 0", 0.2
 """Share of its dry friction by which any seal turns round over the shortest distance that is tried,
 standard deviation (B: seven walks and seven drillings of sound machines are likeliest by 0.2 to
@@ -125,6 +128,7 @@ def tolerated(seen: RobotSeen, machine: Machine, biased: bool = True) -> Iterato
     for k in range(3) if biased else ():  # the accelerometers' biases weigh the whole machine
         bias = seen.weighs(seen.asked_by_gravity[:, :, k])
         yield Tolerated(bias, standard_deviation(ACCELEROMETER, scale=machine.scale))
+    yield from _braked(seen, machine)
     yield from _held_back(seen)
     warm = float(np.mean(seen.oil_degc)) - machine.sensor.calibration_temperature_degc
     s = machine.sensor
@@ -136,6 +140,13 @@ def tolerated(seen: RobotSeen, machine: Machine, biased: bool = True) -> Iterato
                 abs(float(thermal * warm * area)),
                 passing=True,
             )
+
+
+def _braked(seen: RobotSeen, machine: Machine) -> Iterator[Tolerated]:
+    """What end cushions brake more or less than is declared."""
+    braked = end_cushions_n(seen.extension_m, seen.speed_m_s, seen.stroke_m, machine)
+    for i in range(len(AXES)):
+        yield Tolerated(Change(force={i: braked[:, i]}), CUSHION_SHARE)
 
 
 def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:

@@ -1,4 +1,4 @@
-"""Friction and piston areas of the twelve cylinders, as believed, over bins."""
+"""Forces and friction of the twelve pistons, as believed, over bins."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import Bins
+from testbed.diagnosis.robot.end_cushions import end_cushions_n
 from testbed.diagnosis.robot.motion_noise import turning_from
 from testbed.diagnosis.robot.tolerances import expected
 from testbed.estimation.cylinder import friction_terms
@@ -35,6 +36,15 @@ def areas(machine: Machine) -> tuple[Array, Array]:
     cylinders = [axis.cylinder for axis in machine.axes.values()]
     whole = np.array([0.25 * np.pi * c.bore_m**2 for c in cylinders])
     return whole, whole - np.array([0.25 * np.pi * c.rod_m**2 for c in cylinders])
+
+
+def pistons_n(bins: Bins, robot: Robot) -> Array:
+    """(n, 12) N along extension: pressures on their areas, and what end cushions brake."""
+    area_a, area_b = areas(robot.machine)
+    braked = end_cushions_n(
+        bins.extension_m, bins.speed_m_s, robot.linkages.stroke_m, robot.machine
+    )
+    return np.asarray(bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b + braked)
 
 
 def friction(bins: Bins, machine: Machine) -> tuple[Array, Array, Array]:
