@@ -134,9 +134,11 @@ def supply_of(
     sagging = list(product(DROOPS_PA_S_M3, RETURNED_OF_WEAK))
 
     def by_droop(lag_s: float) -> Array:
-        """(n,) of what is missing by 1 Pa s/m3 of a droop that follows the flow so late."""
+        """(n,) of what is missing by 1 Pa s/m3 of a droop that follows the flow so late; it leaves
+        no more than is believed, however seldom devices go back.
+        """
         sag = late(drawn, bins.time_s, lag_s)
-        lacks = [(believed - given(1.0, r, d * sag)) / d for d, r in sagging]
+        lacks = [np.maximum(believed - given(1.0, r, d * sag), 0.0) / d for d, r in sagging]
         return _best(lacks, [d for d, _ in sagging], missing)
 
     seldom, often = (given(1.0, RETURNED + spread) for spread in (-RETURNED_SD, RETURNED_SD))
