@@ -218,3 +218,16 @@ def test_devices_that_go_back_as_often_as_is_taken_are_no_weak_pump(share: float
     missing = np.abs(more_or_less.missing[later])
     assert missing.max() > 0.1e6
     assert np.all(missing < 2.01 * more_or_less.by_returning[later])
+
+
+def test_devices_that_go_back_less_often_than_is_taken_are_no_supply_that_gives_way() -> None:
+    """It stands higher than is believed then, and no droop makes it so."""
+    pressure = LOAD_PA + 0.3e6
+    oils, bins, frame, body = still(np.full(750, 0.6), pressure)
+    traction = body.machine.traction
+    back = traction.annulus_area_m2 * traction.return_speed_m_s
+    drawn = float(believed(np.full(750, 0.6), pressure).drawn_m3_s.mean())
+    hauling = hauling_of(jumped(bins, 1.0), body, ROPES)
+    supply = supply_of(oils, bins, frame, giving(body, drawn + 0.1 * back), hauling)
+    assert supply.missing.min() < -0.1e6
+    assert supply.by_droop.min() >= 0.0
