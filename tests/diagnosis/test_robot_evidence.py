@@ -100,14 +100,14 @@ def test_several_names_that_are_alike_are_together_no_sound_machine() -> None:
     assert leading({(): 0.2, (LEFT,): 0.35, NO_NAME: 0.45}) == NO_NAME
 
 
-def test_names_are_worth_a_look_that_a_sound_machine_does_not_outweigh_by_far() -> None:
-    nothing = 1.0 / (1.0 + WORTH_A_LOOK)
-    for more, said in ((-0.01, (LEFT,)), (0.01, ())):
-        sound = nothing + more
-        assert (
-            leading({(): sound, (LEFT,): 0.7 * (1.0 - sound), (RIGHT,): 0.3 * (1.0 - sound)})
-            == said
-        )
+@pytest.mark.parametrize(("more", "said"), [(0.01, (LEFT,)), (-0.01, ())])
+def test_a_name_is_worth_a_look_that_a_sound_machine_does_not_outweigh_by_far(
+    more: float, said: tuple[str, ...]
+) -> None:
+    """However many others are as unlikely as it is."""
+    share = WORTH_A_LOOK + more
+    sound = 1.0 / (1.0 + 1.9 * share)
+    assert leading({(): sound, (LEFT,): share * sound, (RIGHT,): 0.9 * share * sound}) == said
 
 
 @pytest.mark.parametrize(("nameless", "said"), [(0.42, (LEFT,)), (0.48, NO_NAME)])

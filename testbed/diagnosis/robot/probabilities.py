@@ -254,7 +254,7 @@ def likeliest_nameless(signs: RobotSigns, numbers: Mapping[str, Any]) -> Names:
 def leading(weights: Mapping[Names, float], lapse: float = 0.0) -> Names:
     """What is said of a distribution: of no name and sets of names together the likelier one,
     unless a sound machine is likelier still; of sets the likeliest one, for several that are alike
-    are still no sound machine. Names must be likely against a sound machine by WORTH_A_LOOK.
+    are still no sound machine. That one must be likely against a sound machine by WORTH_A_LOOK.
 
     The share `lapse` that names lost to NO_NAME is that of names that were wrong or not alone. It
     says how sure a name is, and does not make it likelier that none covers what is there.
@@ -262,16 +262,17 @@ def leading(weights: Mapping[Names, float], lapse: float = 0.0) -> Names:
     named = {names: weight for names, weight in weights.items() if names not in ((), NO_NAME)}
     together, nothing = sum(named.values()), weights.get((), 0.0)
     nameless = weights.get(NO_NAME, 0.0) - together * lapse / (1.0 - lapse)
-    if named and together > max(WORTH_A_LOOK * nothing, nameless):
-        return max(named, key=named.__getitem__)
+    likeliest = max(named, key=named.__getitem__, default=())
+    if together > nameless and named.get(likeliest, 0.0) > WORTH_A_LOOK * nothing:
+        return likeliest
     return NO_NAME if nameless > nothing else ()
 
 
 WORTH_A_LOOK = 0.2
-"""An effect is named from this probability on, as a share of a sound machine's: to miss one costs
-a machine more than to look after one in vain (E). Chosen with cross-validation on the runs that the
-calibration is fitted to, so that beside a recording from before at least 95 % of sound machines are
-left alone and nine of ten places are right.
+"""A set of effects is named from this probability on, as a share of a sound machine's: to miss one
+costs a machine more than to look after one in vain (E). Chosen with cross-validation on the runs
+that the calibration is fitted to, so that beside a recording from before at least 95 % of sound
+machines are left alone and nine of ten places are right.
 """
 
 
