@@ -177,43 +177,48 @@ def test_a_device_that_changes_its_grip_may_draw_its_way_back_until_that_is_over
     assert not hauling_of(bins, quick, ROPES).returning_m3_s.any()
 
 
+class WideOpen:
+    """A robot of which one valve takes all that it can, and whose devices may go back from 1 s on:
+    `drawn` by cylinders and `back` by devices, m3/s.
+    """
+
+    def __init__(self) -> None:
+        command, pressure = np.full(750, 0.6), LOAD_PA + 0.3e6
+        self.oils, self.bins, self.frame, self.body = still(command, pressure)
+        traction = self.body.machine.traction
+        self.back = traction.annulus_area_m2 * traction.return_speed_m_s
+        self.drawn = float(believed(command, pressure).drawn_m3_s.mean())
+
+    def supply(self, full_flow_m3_s: float, *, goes_back: bool = True) -> Supply:
+        """Of a pump that gives so much at most."""
+        tension = jumped(self.bins, 1.0) if goes_back else self.bins
+        hauling = hauling_of(tension, self.body, ROPES)
+        return supply_of(
+            self.oils, self.bins, self.frame, giving(self.body, full_flow_m3_s), hauling
+        )
+
+
 def test_a_pump_that_devices_on_their_way_back_may_ask_for_all_it_gives_is_not_known() -> None:
-    pressure = LOAD_PA + 0.3e6
-    oils, bins, frame, body = still(np.full(750, 0.6), pressure)
-    traction = body.machine.traction
-    back = traction.annulus_area_m2 * traction.return_speed_m_s
-    drawn = float(believed(np.full(750, 0.6), pressure).drawn_m3_s.mean())
+    robot = WideOpen()
+    later = robot.bins.time_s > 2.0
 
-    def unsure(full_flow_m3_s: float, tension: Bins) -> Array:
-        machine = giving(body, full_flow_m3_s)
-        hauling = hauling_of(tension, body, ROPES)
-        found = supply_of(oils, bins, frame, machine, hauling)
-        return np.sqrt(np.diag(found.noise))
+    def unsure(full_flow_m3_s: float, goes_back: bool) -> Array:
+        noise = robot.supply(full_flow_m3_s, goes_back=goes_back).noise
+        return np.sqrt(np.diag(noise))[later]
 
-    later = bins.time_s > 2.0
-    tight, ample = (
-        unsure(flow, jumped(bins, 1.0))[later] / unsure(flow, bins)[later]
-        for flow in (drawn + back, 2.0 * (drawn + back))
-    )
+    whole = robot.drawn + robot.back
+    tight, ample = (unsure(flow, True) / unsure(flow, False) for flow in (whole, 2.0 * whole))
     assert tight.min() > 5.0
     assert ample == pytest.approx(1.0, abs=0.01)
 
 
 @pytest.mark.parametrize("share", [RETURNED - RETURNED_SD, RETURNED + RETURNED_SD])
 def test_devices_that_go_back_as_often_as_is_taken_are_no_weak_pump(share: float) -> None:
-    pressure = LOAD_PA + 0.3e6
-    oils, bins, frame, body = still(np.full(750, 0.6), pressure)
-    traction = body.machine.traction
-    back = traction.annulus_area_m2 * traction.return_speed_m_s
-    drawn = float(believed(np.full(750, 0.6), pressure).drawn_m3_s.mean())
-
-    def found(full_flow_m3_s: float) -> Supply:
-        machine = giving(body, full_flow_m3_s)
-        hauling = hauling_of(jumped(bins, 1.0), body, ROPES)
-        return supply_of(oils, bins, frame, machine, hauling)
-
-    later = bins.time_s > 2.0
-    as_taken, more_or_less = found(drawn + RETURNED * back), found(drawn + share * back)
+    robot = WideOpen()
+    later = robot.bins.time_s > 2.0
+    as_taken, more_or_less = (
+        robot.supply(robot.drawn + part * robot.back) for part in (RETURNED, share)
+    )
     assert as_taken.missing[later] == pytest.approx(0.0, abs=0.02e6)
     missing = np.abs(more_or_less.missing[later])
     assert missing.max() > 0.1e6
@@ -222,12 +227,7 @@ def test_devices_that_go_back_as_often_as_is_taken_are_no_weak_pump(share: float
 
 def test_devices_that_go_back_less_often_than_is_taken_are_no_supply_that_gives_way() -> None:
     """It stands higher than is believed then, and no droop makes it so."""
-    pressure = LOAD_PA + 0.3e6
-    oils, bins, frame, body = still(np.full(750, 0.6), pressure)
-    traction = body.machine.traction
-    back = traction.annulus_area_m2 * traction.return_speed_m_s
-    drawn = float(believed(np.full(750, 0.6), pressure).drawn_m3_s.mean())
-    hauling = hauling_of(jumped(bins, 1.0), body, ROPES)
-    supply = supply_of(oils, bins, frame, giving(body, drawn + 0.1 * back), hauling)
+    robot = WideOpen()
+    supply = robot.supply(robot.drawn + 0.1 * robot.back)
     assert supply.missing.min() < -0.1e6
     assert supply.by_droop.min() >= 0.0
