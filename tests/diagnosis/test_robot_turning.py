@@ -9,15 +9,15 @@ from testbed.diagnosis.robot.bins import Frame, sense_in_time, slid_on
 from testbed.diagnosis.robot.friction import BEHIND, sense_of_friction
 from testbed.diagnosis.robot.motion_noise import turning_from
 
-PARTS = 5
+PARTS, PART_S = 5, 0.02
 FAST, SLOW = 0.02, 0.002
-"""m/s: surely sliding; between rest and that."""
+"""m/s: a slide, and one of which a bin shows two counts at most."""
 
 
 def sense(*speeds: float) -> float:
-    """Of one bin, by the speeds in its parts, m/s."""
-    within = np.array(speeds, dtype=float).reshape(1, PARTS, 1)
-    return float(sense_in_time(within.mean(axis=1), within, 1.0)[0, 0])
+    """Of the first bin, by the speeds in the parts of each, m/s."""
+    within = np.array(speeds, dtype=float).reshape(-1, PARTS, 1)
+    return float(sense_in_time(within, PART_S, 1.0)[0, 0])
 
 
 def test_a_piston_slides_for_the_part_of_a_bin_in_which_it_moves() -> None:
@@ -27,13 +27,20 @@ def test_a_piston_slides_for_the_part_of_a_bin_in_which_it_moves() -> None:
     assert sense(FAST, FAST, FAST, -FAST, -FAST) == pytest.approx(0.2)
 
 
-def test_a_piston_that_comes_further_back_than_it_went_slides_neither_way() -> None:
-    assert sense(FAST, FAST, FAST, -3.0 * FAST, -3.0 * FAST) == pytest.approx(0.0)
+def test_friction_has_the_sense_of_the_longer_time_and_not_of_the_longer_way() -> None:
+    assert sense(FAST, FAST, FAST, -3.0 * FAST, -3.0 * FAST) == pytest.approx(0.2)
 
 
-def test_slow_sliding_counts_as_before_and_a_single_count_not_at_all() -> None:
-    assert sense(*[SLOW] * PARTS) == pytest.approx((SLOW - 0.0012) / 0.0028)
+def test_a_piston_that_slides_slowly_slides_wholly_and_one_that_makes_a_count_rests() -> None:
+    assert sense(*[SLOW] * 2 * PARTS) == pytest.approx(1.0)
+    assert sense(0.0, 0.0, 0.0, SLOW, SLOW, *[SLOW] * PARTS, SLOW, *[0.0] * 4) == pytest.approx(0.4)
     assert sense(0.0, 0.0, 0.005, 0.0, 0.0) == pytest.approx(0.0)
+
+
+def test_pistons_of_one_sense_side_by_side_are_no_one_slide() -> None:
+    within = np.full((1, PARTS, 2), SLOW)
+    assert sense_in_time(within, PART_S, 1.0).tolist() == [[0.0, 0.0]]
+    assert sense_in_time(2.0 * within, PART_S, 1.0).tolist() == [[1.0, 1.0]]
 
 
 def test_an_encoder_that_goes_on_now_and_then_shows_slow_sliding() -> None:

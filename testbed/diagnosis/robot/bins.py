@@ -33,6 +33,8 @@ SLIDES_ON_S = 0.08
 """A piston whose encoder goes on the same way within so long has not come to rest."""
 SETTLING_S = 0.6
 """The start's transients are left out."""
+SLIDE_S = 0.25
+"""A slide goes at least as far as a piston that hardly rests goes in so long (E)."""
 REST_M_S, SLIDE_M_S = 0.0012, 0.004
 """Slower than the first a piston stands still, faster than the second it surely slides."""
 
@@ -156,20 +158,33 @@ def _sense(speed: Array, times: float) -> Array:
     return np.asarray(np.sign(speed) * np.clip(slides, 0.0, 1.0))
 
 
-def sense_in_time(speed: Array, within: Array, times: float) -> Array:
-    """(n, k) sense of sliding in bins, -1 to 1, by the pistons' mean speeds (n, k) and those in the
-    parts of each bin (n, parts, k), m/s.
+def sense_in_time(within: Array, step_s: float, times: float) -> Array:
+    """(n, k) sense of sliding in bins, -1 to 1, by speeds (n, parts, k) in the parts of each bin,
+    m/s, each part `step_s` long; speeds of the machine are so many times ROBOCLIMBER's.
 
-    A piston that begins to slide within a bin was at rest for the rest of it, however far it came:
-    no more than the share of time in which it slides one way rather than the other counts. Nor
-    does a count that an encoder makes now and then, where the whole bin's speed is none.
+    A piston slides while its encoder goes on one way, wholly however slowly, and rests before and
+    after: the share of the bin's time counts. A count or two that an encoder makes now and then
+    are no slide.
     """
     n, parts, k = within.shape
-    moves = np.where(np.abs(within) / times > REST_M_S, np.sign(within), 0.0)
-    slides = slid_on(moves.reshape(n * parts, k), round(SLIDES_ON_S / BIN_S * parts))
-    whole = _sense(speed, times)
-    shared = slides.reshape(within.shape).mean(axis=1) * np.sign(whole)
-    return np.asarray(np.sign(whole) * np.clip(shared, 0.0, np.abs(whole)))
+    ways = within.reshape(n * parts, k) / times
+    moves = np.where(np.abs(ways) > REST_M_S, np.sign(ways), 0.0)
+    slides = slid_on(moves, round(SLIDES_ON_S / step_s))
+    far = np.abs(way_of_runs(slides, ways * step_s)) >= REST_M_S * SLIDE_S
+    return np.asarray(np.where(far, slides, 0.0).reshape(within.shape).mean(axis=1))
+
+
+def way_of_runs(senses: Array, ways: Array) -> Array:
+    """(m, k) how far a piston goes while its sense (m, k) lasts, of which each value is one; `ways`
+    (m, k) by each part.
+    """
+    in_turn, way = senses.T.ravel(), ways.T.ravel()
+    begins = np.append(True, np.diff(in_turn) != 0.0)
+    begins[:: len(senses)] = True
+    starts = np.nonzero(begins)[0]
+    lengths = np.diff(np.append(starts, len(way)))
+    whole = np.repeat(np.add.reduceat(way, starts), lengths)
+    return np.asarray(whole.reshape(senses.shape[::-1]).T)
 
 
 def slid_on(moves: Array, apart: int) -> Array:
@@ -241,7 +256,9 @@ def bins_of(data: Mapping[str, Array], robot: Robot, parted: bool = True) -> Bin
     change = of_lifted_feet(within, change, carrying)
     times = robot.machine.scale.speed
     in_parts = np.stack([frame.speeds_within(one) for one in joints], axis=2) * arm[:, None]
-    direction = sense_in_time(speed, in_parts, times) if parted else _sense(speed, times)
+    direction = (
+        sense_in_time(in_parts, step / in_parts.shape[1], times) if parted else _sense(speed, times)
+    )
     return Bins(
         time_s=mean("t") - float(data["t"][0]),
         joint=joint,
