@@ -31,12 +31,11 @@ from testbed.robot.model import rotation_from_attitude
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
-JOINTS_A_LEG = 3
+JOINTS_A_LEG, BODY_ROWS = 3, 6
 MOST, HARDLY = 0.5, 0.01
 """Shares of a bin in which control means a foot to carry."""
 LIFTED_M = 0.02
 """A foot that control does not mean to carry and that is drawn up by so much hangs in the air."""
-
 BELLY_CLEAR_M = 0.05
 """A belly that is nearer to the ground between the feet may touch it (E)."""
 
@@ -161,7 +160,7 @@ def balance_of(
 
 def _counted(hangs: npt.NDArray[np.bool_], lies: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """(n, 18) equations that count: the body's unless it lies (n,), of feet that hang (n, 4)."""
-    of_body = np.repeat(~lies[:, None], 6, axis=1)
+    of_body = np.repeat(~lies[:, None], BODY_ROWS, axis=1)
     return np.hstack([of_body, np.repeat(hangs, JOINTS_A_LEG, axis=1)])
 
 

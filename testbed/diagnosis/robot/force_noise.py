@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.balance import BodyBalance
+from testbed.diagnosis.robot.balance import BODY_ROWS, BodyBalance
+from testbed.diagnosis.robot.letting_go import let_go
 from testbed.diagnosis.robot.motion_noise import (
     left_by_motions,
     piston_n,
@@ -117,11 +118,14 @@ while sliding wider than that: some machines slide far less evenly than most.
 
 
 def lasting_of(balance: BodyBalance, known: ForceNoise) -> Array:
-    """The part of the noise that stuck seals hold: see noise_of."""
+    """The part of the noise that stuck seals hold: see noise_of. They hold it until they let go."""
     seen, (bins, rows) = balance.seen, np.nonzero(balance.counted)
     share = slides_surely(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
-    age = friction_age(seen, share, dry, known)[bins]
+    renewed = friction_age(seen, share, dry, known)
+    gone = let_go(balance, (1.0 - share) * dry, _of_one_bin(balance, known))
+    anew = gone / (2.0 * known.rest_share**2)
+    age = (renewed + np.cumsum((1.0 - share) * anew[:, None], axis=0))[bins]
     stuck = balance.by_force[bins, rows] * ((1.0 - share) * dry)[bins]
     out = np.zeros((len(rows), len(rows)))
     each = list(zip(age.T, known.rest_share * stuck.T, strict=True))
@@ -129,6 +133,34 @@ def lasting_of(balance: BodyBalance, known: ForceNoise) -> Array:
     for since, held in [*each, alike]:
         out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(held, held)
     return out + _held_alike(seen, bins, known.alike_share * stuck, known.alike_s)
+
+
+def _of_one_bin(balance: BodyBalance, known: ForceNoise) -> Array:
+    """(n, 6, 6) covariance of what the body's balances miss in one bin and not in the next."""
+    seen, by_force = balance.seen, balance.by_force[:, :BODY_ROWS]
+    share = slides_surely(seen.direction)
+    dry = seen.coulomb_n + SIDE * seen.side_load_n
+    spread = np.hypot(renewed_n(seen, known), known.sliding_share * share * dry)
+    moved = by_force * spread[:, None, :]
+    white = np.repeat([known.white_n, known.white_n_m], BODY_ROWS // 2)
+    out = moved @ np.swapaxes(moved, 1, 2) + np.diag(white**2)
+    out[:, 2, 2] += (HAMMER_SHARE * seen.thrust_n) ** 2
+    return np.asarray(out)
+
+
+def renewed_n(seen: RobotSeen, known: ForceNoise) -> Array:
+    """(n, 12) N, friction that a bin has for itself, standard deviation: of seals that turn round,
+    switch their load or are shaken, and what an end stop may take.
+    """
+    dry = seen.coulomb_n + SIDE * seen.side_load_n
+    alone = known.turning_share * np.sqrt(1.0 - known.turning_alike)
+    anew = np.hypot(alone * turns(seen.direction), known.quick_share) * dry
+    anew = np.hypot(anew, known.switched_share * switched_n(seen))
+    if known.shaken_share > 0.0:
+        to_and_fro = known.shaken_share * swings(piston_n(seen))
+        held = (1.0 - slides_surely(seen.direction)) * shaken_n(seen)  # a stuck seal takes it up
+        anew = np.hypot(anew, np.minimum(np.hypot(to_and_fro, held), dry))
+    return np.asarray(np.hypot(anew, taken_by_stops(seen)))
 
 
 def _held_alike(seen: RobotSeen, bins: npt.NDArray[np.intp], stuck: Array, for_s: float) -> Array:
@@ -158,14 +190,7 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
     spread = (known.sliding_share * share + known.rest_share * (1.0 - share)) * dry
     shaken = seen.line_n > SHAKEN_SHARE * dry  # a piston that is shaken has friction of both senses
     spread = np.hypot(spread, seen.line_n + dry * shaken)
-    alone = known.turning_share * np.sqrt(1.0 - known.turning_alike)
-    anew = np.hypot(alone * turns(seen.direction), known.quick_share) * dry
-    anew = np.hypot(anew, known.switched_share * switched_n(seen))
-    if known.shaken_share > 0.0:
-        to_and_fro = known.shaken_share * swings(piston_n(seen))
-        held = (1.0 - share) * shaken_n(seen)  # a stuck seal takes up what shakes
-        anew = np.hypot(anew, np.minimum(np.hypot(to_and_fro, held), dry))
-    anew = np.hypot(anew, taken_by_stops(seen))
+    anew = renewed_n(seen, known)
     age = friction_age(seen, share, dry, known)
     by_axis = balance.by_force[bins, rows]
     for axis in range(len(AXES)):

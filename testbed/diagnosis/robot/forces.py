@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.balance import BodyBalance
+from testbed.diagnosis.robot.balance import BODY_ROWS, BodyBalance
 from testbed.diagnosis.robot.end_cushions import end_cushions_n
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.force_noise import (
@@ -39,7 +39,6 @@ from testbed.machine.names import AXES
 Array = npt.NDArray[np.float64]
 BODY = "body"
 ACCELEROMETER = "sensor.specific_force_bias_m_s2"
-BODY_ROWS = 6
 HELD_THRUST = 0.8
 """Share of the thrust that stuck vertical cylinders may take up by friction, until they break away
 (E).
