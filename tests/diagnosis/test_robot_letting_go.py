@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
 from testbed.diagnosis.robot.balance import BODY_ROWS
-from testbed.diagnosis.robot.letting_go import MOST, let_go, likely_share
+from testbed.diagnosis.robot.letting_go import MOST, answers_n, let_go, likely_share
 
 DRY_N, NOISE_N, BINS = 800.0, 50.0, 12
 NOISE = np.broadcast_to(NOISE_N**2 * np.eye(BODY_ROWS), (BINS, BODY_ROWS, BODY_ROWS))
@@ -18,14 +18,18 @@ WAYS = np.hstack([np.eye(BODY_ROWS), 0.5 * np.eye(BODY_ROWS)])
 """What the six balances miss by a newton of each of twelve seals."""
 
 
-def share(missing: np.ndarray, counted: np.ndarray | None = None) -> np.ndarray:
-    """What is let go from bin to bin of a body that misses `missing` (n, 6)."""
-    balance = SimpleNamespace(
+def balance_of(missing: np.ndarray, counted: np.ndarray | None = None) -> Any:
+    """A body whose balances miss `missing` (n, 6)."""
+    return SimpleNamespace(
         missing=np.hstack([missing, np.zeros((BINS, 12))]),
         by_force=np.broadcast_to(np.vstack([WAYS, np.zeros((12, 12))]), (BINS, 18, 12)),
         counted=np.ones((BINS, 18), dtype=bool) if counted is None else counted,
     )
-    return let_go(cast(Any, balance), STUCK_N, NOISE)
+
+
+def share(missing: np.ndarray, counted: np.ndarray | None = None) -> np.ndarray:
+    """What is let go from bin to bin."""
+    return let_go(balance_of(missing, counted), STUCK_N, NOISE)
 
 
 def test_a_jump_is_as_large_as_the_share_that_is_let_go_says() -> None:
@@ -54,3 +58,19 @@ def test_a_bin_whose_balances_do_not_count_shows_nothing() -> None:
     counted[6] = False
     step = 1200.0 * (np.arange(BINS) == 6)[:, None] * np.ones(BODY_ROWS)
     assert share(step, counted).tolist() == [0.0] * BINS
+
+
+def test_stuck_seals_answer_a_jump_with_what_closes_it_each_as_far_as_it_reaches() -> None:
+    step = 1200.0 * (np.arange(BINS) >= 6)[:, None] * np.eye(BODY_ROWS)[2]
+    found = answers_n(balance_of(step), STUCK_N, NOISE)
+    assert WAYS @ found[6] == pytest.approx(1200.0 * np.eye(BODY_ROWS)[2], rel=0.01)
+    assert found[6, 8] == pytest.approx(0.5 * found[6, 2])
+    assert np.abs(np.delete(found, 6, axis=0)).max() == 0.0
+
+
+def test_a_seal_that_slides_answers_nothing() -> None:
+    step = 1200.0 * (np.arange(BINS) >= 6)[:, None] * np.eye(BODY_ROWS)[2]
+    stuck_n = STUCK_N.copy()
+    stuck_n[:, 2] = 0.0
+    found = answers_n(balance_of(step), stuck_n, NOISE)
+    assert found[6, 2] == 0.0 and 0.5 * found[6, 8] == pytest.approx(1200.0, rel=0.1)

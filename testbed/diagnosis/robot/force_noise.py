@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.balance import BODY_ROWS, BodyBalance
-from testbed.diagnosis.robot.letting_go import let_go
+from testbed.diagnosis.robot.letting_go import answers_n, let_go
 from testbed.diagnosis.robot.motion_noise import (
     left_by_motions,
     piston_n,
@@ -118,21 +118,34 @@ while sliding wider than that: some machines slide far less evenly than most.
 
 
 def lasting_of(balance: BodyBalance, known: ForceNoise) -> Array:
-    """The part of the noise that stuck seals hold: see noise_of. They hold it until they let go."""
+    """The part of the noise that stuck seals hold: see noise_of. They hold it until they let go,
+    each for itself and all in answer to what presses them.
+    """
     seen, (bins, rows) = balance.seen, np.nonzero(balance.counted)
     share = slides_surely(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
+    stuck_n, of_one_bin = (1.0 - share) * dry, _of_one_bin(balance, known)
     renewed = friction_age(seen, share, dry, known)
-    gone = let_go(balance, (1.0 - share) * dry, _of_one_bin(balance, known))
-    anew = gone / (2.0 * known.rest_share**2)
+    anew = let_go(balance, stuck_n, of_one_bin) / (2.0 * known.rest_share**2)
     age = (renewed + np.cumsum((1.0 - share) * anew[:, None], axis=0))[bins]
-    stuck = balance.by_force[bins, rows] * ((1.0 - share) * dry)[bins]
-    out = np.zeros((len(rows), len(rows)))
+    stuck = balance.by_force[bins, rows] * stuck_n[bins]
+    out = _held_alike(seen, bins, known.alike_share * stuck, known.alike_s)
     each = list(zip(age.T, known.rest_share * stuck.T, strict=True))
     alike = (age[:, VERTICAL].mean(axis=1), LEFT_ALIKE * stuck[:, VERTICAL].sum(axis=1))
     for since, held in [*each, alike]:
         out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(held, held)
-    return out + _held_alike(seen, bins, known.alike_share * stuck, known.alike_s)
+    at_rest = balance.by_force[bins, rows] * (1.0 - share)[bins]
+    answered = at_rest @ answers_n(balance, stuck_n, of_one_bin).T
+    kept = answered * _kept_since(renewed.mean(axis=1))[bins]
+    return np.asarray(out + kept @ kept.T)
+
+
+def _kept_since(age: Array) -> Array:
+    """(n, n) share that is left in a bin (row) of what seals of an age (n,) took up in a bin
+    (column): none before it.
+    """
+    since = age[:, None] - age[None, :]
+    return np.asarray(np.tril(np.exp(-np.maximum(since, 0.0))))
 
 
 def _of_one_bin(balance: BodyBalance, known: ForceNoise) -> Array:

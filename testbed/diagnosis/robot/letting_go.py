@@ -36,6 +36,22 @@ def let_go(balance: BodyBalance, stuck_n: Array, noise: Array) -> Array:
     return np.asarray(np.maximum(np.maximum(padded[:-2], padded[2:]), own))
 
 
+def answers_n(balance: BodyBalance, stuck_n: Array, noise: Array) -> Array:
+    """(n, 12) N, the likeliest friction by which stuck seals answer the jump of the body's balances
+    between the bin before and each bin; arguments as of `let_go`. One piston that pushes, or a load
+    that comes, presses all of them at once, each as far as it reaches.
+    """
+    counted = np.asarray(balance.counted[:, :BODY_ROWS].all(axis=1))
+    jump = np.diff(balance.missing[:, :BODY_ROWS], axis=0)
+    size = np.maximum(stuck_n[1:], stuck_n[:-1])
+    by_seal = balance.by_force[1:, :BODY_ROWS] * size[:, None, :]
+    whole = by_seal @ np.swapaxes(by_seal, 1, 2) + noise[1:] + noise[:-1]
+    needed = np.linalg.solve(whole, jump[:, :, None])[:, :, 0]
+    answer = size * np.einsum("mki,mk->mi", by_seal, needed)
+    known = (counted[1:] & counted[:-1])[:, None]
+    return np.vstack([np.zeros((1, answer.shape[1])), np.where(known, answer, 0.0)])
+
+
 def likely_share(jump: Array, by_seal: Array, noise: Array) -> Array:
     """(m,) share s, 0 to MOST, at which jumps j (m, k) are as large as expected: j' (s B B' +
     N)^-1 j = k with B `by_seal` (m, k, 12) and N `noise` (m, k, k).
