@@ -24,13 +24,15 @@ on them (E).
 Array = npt.NDArray[np.float64]
 WALKS_OFF = 0.04
 """Share of the ropes' pull, and rad of their way, that a walk's balance misses (E)."""
-SEEMS_KG, SEEMS_KG_M = -260.0, (-120.0, 0.0, -295.0)
+SEEMS_KG, SEEMS_KG_M = -75.0, (-50.0, 0.0, -95.0)
 """A walking body's mass and first moments (body frame) beside its own, as its balance has them: the
-common ones of 110 walks of sound drawn machines on 25 to 82 degrees, uphill, across and aslant, in
+common ones of 59 walks of sound drawn machines on 25 to 82 degrees, uphill, across and aslant, in
 stances of all widths (B).
 """
-SEEMS_KG_SD, SEEMS_KG_M_SD = 90.0, (60.0, 0.0, 60.0)
-"""Standard deviations of single walks from that, beyond those of what machines differ by (B)."""
+SEEMS_KG_SD, SEEMS_KG_M_SD = 20.0, (20.0, 0.0, 20.0)
+"""Standard deviations of single walks from that, beyond those of what machines differ by: these
+walks are likeliest by less (B).
+"""
 
 
 def hangs(seen: RobotSeen, foot_force: Array) -> bool:
