@@ -274,7 +274,7 @@ def test_evidence_counts_less_and_less() -> None:
     np.testing.assert_allclose(counted[2:], [20.0 * np.log(1.5), 20.0 * np.log(51.0)])
 
 
-@pytest.mark.parametrize(("any_course", "verdict"), [(42.0, FRICTION), (160.0, NO_NAME)])
+@pytest.mark.parametrize(("any_course", "verdict"), [(38.0, FRICTION), (160.0, NO_NAME)])
 def test_a_name_that_leaves_much_to_an_error_of_any_course_is_none(
     any_course: float, verdict: tuple[str, ...]
 ) -> None:

@@ -60,7 +60,7 @@ def test_evidence_counts_from_what_sound_machines_reach_in_the_same_motion() -> 
     numbers = {**calibration(), "sound": {SWAY: {}, WALK: {"friction.presliding@radial": 12.0}}}
 
     def of(*motions: str) -> float:
-        signs = RobotSigns(((PRESLIDING, 18.0),), motions=motions)
+        signs = RobotSigns(((PRESLIDING, 17.0),), motions=motions)
         return distribution(signs, numbers)[PRESLIDING]
 
     assert of(SWAY) > 0.5 > 0.2 > of(WALK)
