@@ -117,13 +117,18 @@ while sliding wider than that: some machines slide far less evenly than most.
 """
 
 
+def dry_n(seen: RobotSeen) -> Array:
+    """(n, 12) N, dry friction of the pistons with what a sound machine's side loads may add."""
+    return np.asarray(seen.coulomb_n + SIDE * seen.side_load_n)
+
+
 def lasting_of(balance: BodyBalance, known: ForceNoise) -> Array:
     """The part of the noise that stuck seals hold: see noise_of. They hold it until they let go,
     each for itself and all in answer to what presses them.
     """
     seen, (bins, rows) = balance.seen, np.nonzero(balance.counted)
     share = slides_surely(seen.direction)
-    dry = seen.coulomb_n + SIDE * seen.side_load_n
+    dry = dry_n(seen)
     stuck_n, of_one_bin = (1.0 - share) * dry, _of_one_bin(balance, known)
     renewed = friction_age(seen, share, dry, known)
     anew = let_go(balance, stuck_n, of_one_bin) / (2.0 * known.rest_share**2)
@@ -152,7 +157,7 @@ def _of_one_bin(balance: BodyBalance, known: ForceNoise) -> Array:
     """(n, 6, 6) covariance of what the body's balances miss in one bin and not in the next."""
     seen, by_force = balance.seen, balance.by_force[:, :BODY_ROWS]
     share = slides_surely(seen.direction)
-    dry = seen.coulomb_n + SIDE * seen.side_load_n
+    dry = dry_n(seen)
     spread = np.hypot(renewed_n(seen, known), known.sliding_share * share * dry)
     moved = by_force * spread[:, None, :]
     white = np.repeat([known.white_n, known.white_n_m], BODY_ROWS // 2)
@@ -165,7 +170,7 @@ def renewed_n(seen: RobotSeen, known: ForceNoise) -> Array:
     """(n, 12) N, friction that a bin has for itself, standard deviation: of seals that turn round,
     switch their load or are shaken, and what an end stop may take.
     """
-    dry = seen.coulomb_n + SIDE * seen.side_load_n
+    dry = dry_n(seen)
     alone = known.turning_share * np.sqrt(1.0 - known.turning_alike)
     anew = np.hypot(alone * turns(seen.direction), known.quick_share) * dry
     anew = np.hypot(anew, known.switched_share * switched_n(seen))
@@ -199,7 +204,7 @@ def noise_of(balance: BodyBalance, known: ForceNoise) -> Array:
     blows = HAMMER_SHARE * np.abs(seen.thrust_n)[bins] * (rows == 2)
     out += np.diag(blows**2)
     share = slides_surely(seen.direction)
-    dry = seen.coulomb_n + SIDE * seen.side_load_n
+    dry = dry_n(seen)
     spread = (known.sliding_share * share + known.rest_share * (1.0 - share)) * dry
     shaken = seen.line_n > SHAKEN_SHARE * dry  # a piston that is shaken has friction of both senses
     spread = np.hypot(spread, seen.line_n + dry * shaken)

@@ -27,11 +27,8 @@ def let_go(balance: BodyBalance, stuck_n: Array, noise: Array) -> Array:
     `stuck_n` (n, 12): dry friction of the seals at rest, N, 0 of those that slide; `noise`
     (n, 6, 6): covariance of what the balances miss in one bin without letting go.
     """
-    counted = np.asarray(balance.counted[:, :BODY_ROWS].all(axis=1))
-    jump = np.diff(balance.missing[:, :BODY_ROWS], axis=0)
-    by_seal = balance.by_force[1:, :BODY_ROWS] * np.maximum(stuck_n[1:], stuck_n[:-1])[:, None, :]
-    share = likely_share(jump, by_seal, noise[1:] + noise[:-1])
-    own = np.append(0.0, np.where(counted[1:] & counted[:-1], share, 0.0))
+    jump, by_seal, of_both, counted = _jumps(balance, stuck_n, noise)
+    own = np.append(0.0, np.where(counted, likely_share(jump, by_seal, of_both), 0.0))
     padded = np.concatenate([own[:1], own, own[-1:]])
     return np.asarray(np.maximum(np.maximum(padded[:-2], padded[2:]), own))
 
@@ -41,15 +38,29 @@ def answers_n(balance: BodyBalance, stuck_n: Array, noise: Array) -> Array:
     between the bin before and each bin; arguments as of `let_go`. One piston that pushes, or a load
     that comes, presses all of them at once, each as far as it reaches.
     """
-    counted = np.asarray(balance.counted[:, :BODY_ROWS].all(axis=1))
-    jump = np.diff(balance.missing[:, :BODY_ROWS], axis=0)
-    size = np.maximum(stuck_n[1:], stuck_n[:-1])
-    by_seal = balance.by_force[1:, :BODY_ROWS] * size[:, None, :]
-    whole = by_seal @ np.swapaxes(by_seal, 1, 2) + noise[1:] + noise[:-1]
+    jump, by_seal, of_both, counted = _jumps(balance, stuck_n, noise)
+    whole = by_seal @ np.swapaxes(by_seal, 1, 2) + of_both
     needed = np.linalg.solve(whole, jump[:, :, None])[:, :, 0]
-    answer = size * np.einsum("mki,mk->mi", by_seal, needed)
-    known = (counted[1:] & counted[:-1])[:, None]
-    return np.vstack([np.zeros((1, answer.shape[1])), np.where(known, answer, 0.0)])
+    answer = _held_beside(stuck_n) * np.einsum("mki,mk->mi", by_seal, needed)
+    return np.vstack([np.zeros_like(stuck_n[:1]), np.where(counted[:, None], answer, 0.0)])
+
+
+def _jumps(
+    balance: BodyBalance, stuck_n: Array, noise: Array
+) -> tuple[Array, Array, Array, npt.NDArray[np.bool_]]:
+    """From each of n bins to the next: jumps of the body's balances (n - 1, 6), what they miss by
+    the whole dry friction of every stuck seal (n - 1, 6, 12), covariance of jumps without letting
+    go (n - 1, 6, 6), and whether both bins count (n - 1,).
+    """
+    jump = np.diff(balance.missing[:, :BODY_ROWS], axis=0)
+    by_seal = balance.by_force[1:, :BODY_ROWS] * _held_beside(stuck_n)[:, None, :]
+    counted = np.asarray(balance.counted[:, :BODY_ROWS].all(axis=1))
+    return jump, by_seal, noise[1:] + noise[:-1], counted[1:] & counted[:-1]
+
+
+def _held_beside(stuck_n: Array) -> Array:
+    """(n - 1, 12) N, what seals may hold in either of two bins side by side."""
+    return np.maximum(stuck_n[1:], stuck_n[:-1])
 
 
 def likely_share(jump: Array, by_seal: Array, noise: Array) -> Array:
