@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.effects.parameter_spec import ParameterSpec
-from testbed.effects.signature import Change, RobotSeen, Signature
+from testbed.effects.signature import Change, Course, RobotSeen, Signature
 from testbed.effects.terms import (
     Coordinate,
     FlowTerms,
@@ -152,6 +152,12 @@ class Effect:
         nothing: they cannot show it.
         """
         return {}
+
+    def courses(self, seen: RobotSeen, place: str) -> tuple[Course, ...]:
+        """The signatures of an effect with a course in time of which nobody knows beforehand when
+        or how far it goes: its recording tells which one it is.
+        """
+        return (Course(self.signature(seen, place)),)
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """Its parameters from the numbers of its signature."""

@@ -284,6 +284,17 @@ Signature = Mapping[str, Change]
 """Parameter -> change for one unit of it."""
 
 
+@dataclass(frozen=True, eq=False)
+class Course:
+    """One of several signatures that an effect with a course in time may have."""
+
+    signature: Signature
+    sizes: tuple[float, ...] = (1.0,)
+    """How large its numbers may all be: shares of what is usual."""
+    price: float = 0.0
+    """Ln of the odds against it, before anything is seen of it."""
+
+
 def at_point(force: Array, point: Array) -> Array:
     """Wrench (n, 6) about the body's origin of forces (n, 3) at a point (3) or points (n, 3)."""
     return np.hstack([force, np.cross(np.broadcast_to(point, force.shape), force)])

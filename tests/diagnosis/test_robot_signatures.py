@@ -274,6 +274,17 @@ def test_a_foot_slips_only_while_it_uses_all_the_friction_that_it_has() -> None:
         assert late == 0.0 if place == "foot_fr" else late > 0.5
 
 
+def test_a_foot_whose_use_of_friction_is_known_badly_may_slip_whenever_it_bears_at_a_price() -> (
+    None
+):
+    use = np.full((sound().seen.bins, 4), 0.05)
+    use[:, 1] = np.where(np.arange(len(use)) < len(use) // 2, 0.6, 0.1)
+    seen = replace(sound().seen, friction_use=use)
+    at_most_used, at_any_use = by_name("ground.friction").courses(seen, "foot_fr")
+    assert at_most_used.price == 0.0 < at_any_use.price
+    assert set(at_most_used.signature) < set(at_any_use.signature)
+
+
 def test_a_seal_that_turns_round_a_little_late_is_within_what_sound_machines_do() -> None:
     balance = sound()
     group = forces.group_of(balance, robot().machine)

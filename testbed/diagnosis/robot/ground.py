@@ -95,12 +95,13 @@ def group_of(balance: BodyBalance, bins: Bins, ropes_in_world: Array) -> Ground 
 
     def means(change: Change) -> Array:
         slopes = [
-            _by(change, seen.foot_m[k], attitude[k], k) if _turns(change) else np.zeros(2)
-            for k in middles
+            _by(change, seen.foot_m[k], attitude[k], k, steep) if _turns(change) else np.zeros(2)
+            for k, steep in zip(middles, steepnesses, strict=True)
         ]
         return np.concatenate(slopes)
 
     middles = [int(piece[len(piece) // 2]) for piece in pieces]
+    steepnesses = [steepness(seen.foot_m[k], attitude[k]) for k in middles]
     slopes = [
         np.mean([steepness(seen.foot_m[k], attitude[k]) for k in piece], axis=0) for piece in pieces
     ]
@@ -138,11 +139,13 @@ def _turns(change: Change) -> bool:
     return change.feet is not None or change.unit_turned is not None
 
 
-def _by(change: Change, feet_m: Array, attitude_rad: Array, k: int) -> Array:
-    """(2,) by how much the ground seems steeper in bin k by one unit of a change."""
+def _by(change: Change, feet_m: Array, attitude_rad: Array, k: int, steep: Array) -> Array:
+    """(2,) by how much the ground seems steeper in bin k, where it is `steep` (2,), by one unit of
+    a change.
+    """
     moved, turned = feet_m, attitude_rad
     if change.feet is not None:
         moved = feet_m + STEP_RAD * change.feet[k]
     if change.unit_turned is not None:
         turned = attitude_rad + STEP_RAD * change.unit_turned
-    return np.asarray((steepness(moved, turned) - steepness(feet_m, attitude_rad)) / STEP_RAD)
+    return np.asarray((steepness(moved, turned) - steep) / STEP_RAD)

@@ -32,7 +32,7 @@ from testbed.diagnosis.robot.supply import supply_of
 from testbed.diagnosis.robot.unexplained import ALL_UNEXPLAINED
 from testbed.effects import ALL
 from testbed.effects.base import Effect
-from testbed.effects.signature import Signature
+from testbed.effects.signature import Course, RobotSeen, Signature
 from testbed.machine.names import AXES
 from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.robot import Robot
@@ -53,6 +53,10 @@ class Candidate:
     signature: Signature
     scale: Scale = ROBOCLIMBER
     """Of the machine: how large its numbers may be expected to be."""
+    courses: tuple[Course, ...] = ()
+    """Signatures of which it may have any (courses.py)."""
+    price: float = 0.0
+    """What its evidence is less for having taken one of them."""
 
     @property
     def name(self) -> str:
@@ -169,8 +173,14 @@ def _candidates(body: BodyBalance, scale: Scale) -> list[Candidate]:
     placed = (
         (effect, place) for effect in (*ALL, *ALL_UNEXPLAINED) for place in effect.places_on_robot
     )
-    found = (Candidate(e, place, e.signature(body.seen, place), scale) for e, place in placed)
+    found = (_candidate(effect, place, body.seen, scale) for effect, place in placed)
     return [candidate for candidate in found if candidate.signature]
+
+
+def _candidate(effect: Effect, place: str, seen: RobotSeen, scale: Scale) -> Candidate:
+    """An effect at a place, by the first of its courses."""
+    courses = effect.courses(seen, place)
+    return Candidate(effect, place, courses[0].signature, scale, courses)
 
 
 def _beside(raw: Mapping[str, RawGroup], sound: Mapping[str, RawGroup]) -> dict[str, RawGroup]:

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import log_ndtr
 
-from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances
+from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances, Candidate
 from testbed.diagnosis.robot.held_out_parts import PARTS, Alone, log_evidence, parts_of
 from testbed.diagnosis.robot.unexplained import is_unexplained
 from testbed.effects import kind_of, place_of
@@ -80,9 +80,8 @@ class Ledger:
             n: np.arange(first, last)
             for n, first, last in zip(self.names, ends[:-1], ends[1:], strict=True)
         }
-        effects = {n: balances.candidates[n].effect for n in self.names}
         self._matters = np.repeat([MATTERS if size == 1 else 0.0 for size in sizes], sizes)
-        self._price = {n: math.log(e.looked_for) for n, e in effects.items()}
+        self._price = {n: _price(balances.candidates[n]) for n in self.names}
         self._width = np.concatenate([balances.candidates[n].spreads for n in self.names])
         least = np.concatenate([balances.candidates[n].least for n in self.names])
         self._least = least / self._width
@@ -290,6 +289,11 @@ class Ledger:
         sizes = [len(self.balances.candidates[n].signature) for n in names]
         courses = min(sizes) > MOST_NUMBERS and len({kind_of(n) for n in names}) == 1
         return courses or any(is_unexplained(n) for n in names)
+
+
+def _price(candidate: Candidate) -> float:
+    """What the evidence of an effect is less for having been picked among alternatives."""
+    return math.log(candidate.effect.looked_for) + candidate.price
 
 
 def _near(one: str, other: str) -> bool:

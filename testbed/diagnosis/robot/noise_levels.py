@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from testbed.diagnosis.robot.courses import with_likeliest_courses
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import FORCES, LINE, Balances, balances_of
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
@@ -58,13 +59,15 @@ def balances_at_level(
     What bends the forces much is looked at where it leaves them: friction by side load, which is
     made of foot forces, would else seem wrong at its neighbours.
     """
-    found = balances_of(data, robot, ropes_in_world, granted, sound)
+    found = with_likeliest_courses(balances_of(data, robot, ropes_in_world, granted, sound))
     for _ in range(TIMES):
         best = strongest(found)
         forces = forces_of(found, best)
         if best.log_factor < STRONG or not forces:
             break
-        again = balances_of(data, robot, ropes_in_world, granted, sound, forces)
+        again = with_likeliest_courses(
+            balances_of(data, robot, ropes_in_world, granted, sound, forces)
+        )
         if left_of_forces(again, strongest(again)) >= left_of_forces(found, best):
             break
         found = again
@@ -110,7 +113,7 @@ def levelled(balances: Balances) -> Balances:
         )
         for key, group in raw.items()
     }
-    return replace(balances, raw=raw, groups=groups)
+    return with_likeliest_courses(replace(balances, raw=raw, groups=groups))
 
 
 def left_by(balances: Balances, hypothesis: Hypothesis) -> Mapping[str, Array]:

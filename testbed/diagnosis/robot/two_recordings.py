@@ -82,7 +82,8 @@ def _candidate(one: Candidate, other: Candidate) -> Candidate:
         signature |= {
             k: Changes(parts=(change, other.signature[k])) for k, change in one.signature.items()
         }
-    return Candidate(one.effect, one.place, signature, one.scale)
+    price = one.price + other.price
+    return Candidate(one.effect, one.place, signature, one.scale, price=price)
 
 
 AGAIN = "again "
