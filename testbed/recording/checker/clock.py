@@ -201,11 +201,23 @@ def _gaps(raw: Raw) -> Iterator[Finding]:
 
 def _only_the_clock(raw: Raw, row: int, usual_s: float) -> bool:
     """Whether the position at a long step goes on by one usual step only, though it moves at both
-    sides.
+    sides: that of the axis which would have gone farthest meanwhile.
     """
-    name, position = _moving_most(raw)
-    if position is None:
-        return False
+    ways = []
+    for name, position in raw.series.items():
+        if name == "position" or name.startswith("position_"):
+            ways += _way_over(raw, position, row, usual_s, raw.resolutions.get(name, 0.0))
+    expected, travelled = max(ways, key=lambda way: abs(way[0]), default=(0.0, 0.0))
+    return expected != 0.0 and travelled / expected < JUMPED
+
+
+def _way_over(
+    raw: Raw, position: Array, row: int, usual_s: float, count: float
+) -> list[tuple[float, float]]:
+    """How far a position (n,) should have gone in a long step after `row`, and how far it went,
+    both beyond one usual step; nothing where its speeds at both sides do not tell. `count`: of its
+    encoder.
+    """
     beside = max(3, round(BESIDE_S / usual_s))
     before = slice(max(row - beside, 0), row + 1)
     after = slice(row + 1, row + 2 + beside)
@@ -218,11 +230,11 @@ def _only_the_clock(raw: Raw, row: int, usual_s: float) -> bool:
             or (np.diff(time) > GAP_STEPS * usual_s).any()
             or time[-1] <= time[0]
         ):
-            return False
+            return []
         speeds.append((place[-1] - place[0]) / (time[-1] - time[0]))
+    speed = 0.5 * (speeds[0] + speeds[1])
     step_s = raw.time_s[row + 1] - raw.time_s[row]
-    expected = 0.5 * (speeds[0] + speeds[1]) * (step_s - usual_s)
-    travelled = position[row + 1] - position[row] - 0.5 * (speeds[0] + speeds[1]) * usual_s
-    fine = 3.0 * raw.resolutions.get(name, 0.0)
-    same_way = speeds[0] * speeds[1] > 0.0
-    return bool(same_way and abs(expected) > max(fine, 1e-5) and travelled / expected < JUMPED)
+    expected = speed * (step_s - usual_s)
+    if speeds[0] * speeds[1] <= 0.0 or abs(expected) <= max(3.0 * count, 1e-5):
+        return []
+    return [(float(expected), float(position[row + 1] - position[row] - speed * usual_s))]

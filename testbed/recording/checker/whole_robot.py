@@ -9,6 +9,7 @@ import numpy as np
 
 from testbed.machine.names import AXES, LEGS
 from testbed.recording.checker.balance import check_balance
+from testbed.recording.checker.encoder_way import check_encoder_way, check_held_valve
 from testbed.recording.checker.finding import Finding
 from testbed.recording.checker.flow import check_flow
 from testbed.recording.checker.forces import Forces
@@ -73,6 +74,8 @@ def _robot_axis(raw: Raw, axis: str) -> Iterator[Finding]:
             "declare unit mm if the column is in it, or put its zero right",
         )
         return
+    yield from check_encoder_way(raw, axis)
+    yield from check_held_valve(raw, axis)
     if f"valve_{axis}" in raw.series:
         moved = even(raw, {"command": f"valve_{axis}"}, position)
         yield from check_flow(moved, Known(), f"valve_{axis}")
