@@ -31,6 +31,14 @@ AT_ANY_USE = 3.0
 walking machine's foot of 0.09 was believed to use 0.03 to 0.12 as it slipped and 0.4 at rest: stuck
 seals hide how four feet share what they push (E).
 """
+LITTLE_USE = 0.15
+"""Such a foot seems to use no more than this half of the time that it bears; by the square of the
+ratio odds against one that uses more are longer (E): slipping feet used 0.08 to 0.13, others that
+moved with them 0.17 to 0.5.
+"""
+
+FAST = 0.5
+"""Share of its farthest way in a stretch from which a foot slips fast."""
 
 
 class GroundFriction(Effect):
@@ -59,10 +67,13 @@ class GroundFriction(Effect):
 
     def courses(self, seen: RobotSeen, place: str) -> tuple[Course, ...]:
         """It may slip far or little; and whenever it bears, if what it uses is known badly."""
-        at_any_use = _slips(seen, self.places.index(place), self._bears(seen, place))
+        leg, bears = self.places.index(place), self._bears(seen, place)
+        usually = float(np.median(seen.friction_use[bears, leg]))
         return (
             Course(self.signature(seen, place), SIZES),
-            Course(at_any_use, SIZES, AT_ANY_USE),
+            Course(
+                _slips(seen, leg, bears), SIZES, AT_ANY_USE * max(usually / LITTLE_USE, 1.0) ** 2
+            ),
         )
 
     def _bears(self, seen: RobotSeen, place: str) -> Flags:
@@ -78,8 +89,8 @@ class GroundFriction(Effect):
         for number, size in linear.items():
             axis, index = map(int, number.split())
             way[axis, index] = size
-        fast = np.linalg.norm(way, axis=0)
-        use = seen.friction_use[:, leg][fast[stretch] >= 0.5 * fast.max()]
+        far = np.linalg.norm(way, axis=0)
+        use = seen.friction_use[:, leg][far[stretch] >= FAST * far.max()]
         return {"coefficient": float(np.median(use))}
 
 
