@@ -13,7 +13,7 @@ from testbed.diagnosis.robot.balance import BODY_ROWS, BodyBalance
 from testbed.diagnosis.robot.letting_go import answers_n, let_go
 from testbed.diagnosis.robot.motion_noise import (
     left_by_motions,
-    piston_n,
+    oil_force_n,
     shaken_n,
     slides_surely,
     swings,
@@ -175,7 +175,7 @@ def renewed_n(seen: RobotSeen, known: ForceNoise) -> Array:
     anew = np.hypot(alone * turns(seen.direction), known.quick_share) * dry
     anew = np.hypot(anew, known.switched_share * switched_n(seen))
     if known.shaken_share > 0.0:
-        to_and_fro = known.shaken_share * swings(piston_n(seen))
+        to_and_fro = known.shaken_share * swings(oil_force_n(seen))
         held = (1.0 - slides_surely(seen.direction)) * shaken_n(seen)  # a stuck seal takes it up
         anew = np.hypot(anew, np.minimum(np.hypot(to_and_fro, held), dry))
     return np.asarray(np.hypot(anew, taken_by_stops(seen)))
@@ -242,7 +242,7 @@ def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -
     """(n, 12) how much friction's deviation has been renewed, in memories: by time, and at rest by
     changing loads, of which a stuck seal takes up its part.
     """
-    piston = piston_n(seen)
+    piston = oil_force_n(seen)
     step = float(seen.time_s[1] - seen.time_s[0])
     changed = np.abs(np.diff(piston, axis=0, prepend=piston[:1]))
     outside = np.column_stack([seen.thrust_n, seen.tension_n])

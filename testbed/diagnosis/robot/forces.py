@@ -21,7 +21,7 @@ from testbed.diagnosis.robot.force_noise import (
     noise_of,
 )
 from testbed.diagnosis.robot.friction import side_coefficient, side_growth
-from testbed.diagnosis.robot.motion_noise import piston_n, slides_surely
+from testbed.diagnosis.robot.motion_noise import oil_force_n, slides_surely
 from testbed.diagnosis.robot.tolerances import LATE_S, expected, middle, standard_deviation
 from testbed.diagnosis.robot.walking_bias import hangs, lighter, spread_of_walks
 from testbed.effects import ALL
@@ -152,7 +152,7 @@ def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:
     """What stuck seals take up of changing loads before they break away: as springs beside the
     oil's, of all alike and of each.
     """
-    piston = piston_n(seen)
+    piston = oil_force_n(seen)
     at_rest = 1.0 - slides_surely(seen.direction)
     stuck = at_rest * (piston - piston.mean(axis=0))
     yield Tolerated(

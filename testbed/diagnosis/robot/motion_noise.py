@@ -20,8 +20,8 @@ TURNING_BINS = 2
 """A piston turns round within so many bins to either side."""
 
 
-def piston_n(seen: RobotSeen) -> Array:
-    """(n, 12) force of the pistons, N."""
+def oil_force_n(seen: RobotSeen) -> Array:
+    """(n, 12) force of the oil on the pistons, N, without what end cushions brake."""
     return seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
 
 
@@ -36,7 +36,7 @@ def taken_by_stops(seen: RobotSeen) -> Array:
 
 def switched_n(seen: RobotSeen) -> Array:
     """(n, 12) by how much the force of a piston changes from bin to bin about each bin, N."""
-    piston = piston_n(seen)
+    piston = oil_force_n(seen)
     changed = np.abs(np.diff(piston, axis=0, prepend=piston[:1]))
     later = np.vstack([changed[1:], changed[-1:]])
     return np.asarray(np.maximum(changed, later))
