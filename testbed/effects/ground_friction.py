@@ -32,13 +32,12 @@ walking machine's foot of 0.09 was believed to use 0.03 to 0.12 as it slipped an
 seals hide how four feet share what they push (E).
 """
 LITTLE_USE = 0.15
-"""Such a foot seems to use no more than this half of the time that it bears; by the square of the
-ratio odds against one that uses more are longer (E): slipping feet used 0.08 to 0.13, others that
-moved with them 0.17 to 0.5.
+"""In the median of its bins such a foot seems to use no more than this. Against one that seems to
+use more the odds grow with the square of the ratio: feet that slipped used 0.08 to 0.13, others
+that moved with them 0.17 to 0.5 (E).
 """
-
 FAST = 0.5
-"""Share of its farthest way in a stretch from which a foot slips fast."""
+"""Share of its farthest way in a stretch from which a foot slips fast (E)."""
 
 
 class GroundFriction(Effect):
