@@ -133,7 +133,8 @@ def diagnose(
         ),
     ] = None,
     also: Annotated[
-        Path | None, typer.Option(help="A second run of the same robot, judged together.")
+        list[Path] | None,
+        typer.Option(help="A further run of the same robot, judged together; may be repeated."),
     ] = None,
     sound: Annotated[
         Path | None,
@@ -153,7 +154,8 @@ def diagnose(
     from testbed.workflows.diagnose import Wanted, diagnose_folder
 
     with working("diagnosing") as tell:
-        done = diagnose_folder(rig, out, Wanted(model, suggest, also, sound, moved), tell)
+        wanted = Wanted(model, suggest, tuple(also or ()), sound, moved)
+        done = diagnose_folder(rig, out, wanted, tell)
     answer(json, done.tree, (done.title, *done.table), done.page)
 
 

@@ -41,14 +41,14 @@ class Diagnosed:
 @dataclass(frozen=True)
 class Wanted:
     """What may be asked of a diagnosis beside its findings. `model`: file to start from; `suggest`:
-    file for a motion that parts what cannot be distinguished; `also`: another recording of the
-    robot; `sound`: one from before, when nothing was wrong with it; `moved`: it stood elsewhere
+    file for a motion that parts what cannot be distinguished; `also`: further recordings of
+    the robot; `sound`: one from before, when nothing was wrong with it; `moved`: it stood elsewhere
     then.
     """
 
     model: Path | None = None
     suggest: Path | None = None
-    also: Path | None = None
+    also: tuple[Path, ...] = ()
     sound: Path | None = None
     moved: bool = False
 
@@ -57,22 +57,23 @@ def diagnose(
     folder: str | Path,
     out: str | Path,
     model: str | Path | None = None,
-    also: str | Path | None = None,
+    also: str | Path | Sequence[str | Path] = (),
     sound: str | Path | None = None,
     moved: bool = False,
 ) -> Diagnosed:
     """Say which effect the machine recorded in `folder` has and its model lacks; `model`: one to
     start from.
 
-    `folder` is an axis' rig (identify/ and verify/) or a robot's run, `also` a second run of the
-    same robot, `sound` one from before, when nothing was wrong with it: what a model's effects
-    stand for came after that; `moved`: the robot stood on other ground then. Into `out` go
+    `folder` is an axis' rig (identify/ and verify/) or a robot's run, `also` a further run of the
+    same robot or several, `sound` one from before, when nothing was wrong with it: what a model's
+    effects stand for came after that; `moved`: the robot stood on other ground then. Into `out` go
     findings.json, the models (add `model.yaml` to a run by `simulate(.., model=..)`) and
     report.html; `.tree` of the answer is findings.json. Raises InputError for anything that cannot
     be used.
     """
-    start, other, before = (None if path is None else Path(path) for path in (model, also, sound))
-    wanted = Wanted(start, also=other, sound=before, moved=moved)
+    start, before = (None if path is None else Path(path) for path in (model, sound))
+    others = (also,) if isinstance(also, str | Path) else also
+    wanted = Wanted(start, also=tuple(map(Path, others)), sound=before, moved=moved)
     return diagnose_folder(Path(folder), Path(out), wanted)
 
 
@@ -104,7 +105,8 @@ def _axis(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None]) 
     from testbed.report.diagnosis_page import page
 
     suggest = wanted.suggest
-    for option, path in (("--also", wanted.also), ("--sound", wanted.sound)):
+    others = (*(("--also", path) for path in wanted.also), ("--sound", wanted.sound))
+    for option, path in others:
         if path is not None:
             raise InputError(
                 "is for a robot's run; a rig has all its recordings in one folder",
@@ -131,7 +133,7 @@ def _robot(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None])
     from testbed.recording.robot_model import RobotModelFile, read_robot_model
     from testbed.report.robot_diagnosis_page import page
 
-    runs = _read_runs(path for path in (folder, wanted.also) if path is not None)
+    runs = _read_runs((folder, *wanted.also))
     before = None
     if wanted.sound is not None:
         before = Before(_read_runs([wanted.sound])[0], wanted.moved)
@@ -183,13 +185,13 @@ def diagnose_recordings(
     sound: Before | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> RobotDiagnosis:
-    """What one recording, or two together, show that the robot's model, with what a model file
+    """What one recording, or several together, show that the robot's model, with what a model file
     adds, lacks; `sound`: a recording of it from before, when nothing was wrong with it.
 
     Raises InputError for a model or a survey that cannot be understood.
     """
     from testbed.diagnosis.robot.diagnose import judged
-    from testbed.diagnosis.robot.two_recordings import together
+    from testbed.diagnosis.robot.several_recordings import together
     from testbed.effects.base import MARK
     from testbed.recording.robot_model import read_robot_model
 
@@ -214,8 +216,7 @@ def diagnose_recordings(
     tell("holding the measurements against the machine")
     balances = [balances_of_run(run, model, granted, sound) for run in runs]
     tell("weighing hypotheses")
-    both = balances[0] if len(balances) == 1 else together(*balances)
-    return judged(runs[0].name, both, granted)
+    return judged(runs[0].name, together(*balances), granted)
 
 
 def balances_of_run(
@@ -308,12 +309,12 @@ def suggest_motion(
 
 def _rehearsal(stood: Path, overrides: list[str]) -> Balances:
     """The balances of a motion of the believed machine."""
+    from testbed.diagnosis.robot.noise_levels import rehearsed_balances
     from testbed.recording.robot import read_robot
     from testbed.scenario.scenario import load_scenario
     from testbed.simulation.run import run_scenario
-    from testbed.workflows.diagnose import balances_of_run
 
     scenario = load_scenario(stood, [*AS_BELIEVED, *overrides], duration=SECONDS)
     with TemporaryDirectory() as folder:
         run_scenario(scenario, Path(folder) / "run")
-        return balances_of_run(read_robot(Path(folder) / "run"), None, {})
+        return rehearsed_balances(*_measured(read_robot(Path(folder) / "run"), None))

@@ -217,7 +217,7 @@ def test_a_run_without_ropes_is_said_to_be_unlike_those_that_were_tried() -> Non
             )
             for n in tensions_n
         ]
-        return SimpleNamespace(body=bodies[0], second=bodies[1] if bodies[1:] else None)
+        return SimpleNamespace(bodies=bodies)
 
     assert beyond_what_was_tried(balances(12e3)) == ""
     assert beyond_what_was_tried(balances(100.0)) == NO_ROPES

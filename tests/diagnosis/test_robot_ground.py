@@ -60,13 +60,15 @@ def ground(**given: Any) -> Ground:
 
 
 def test_level_feet_lie_as_the_body_does() -> None:
-    assert steepness(FEET_M, np.array([0.0, SLOPE_RAD, 0.0])) == pytest.approx([SLOPE_RAD, 0.0])
-    assert steepness(FEET_M, np.array([0.1, 0.0, 0.0])) == pytest.approx([0.0, -0.1])
+    attitudes = np.array([[0.0, SLOPE_RAD, 0.0], [0.1, 0.0, 0.0]])
+    lies = steepness(np.array([FEET_M, FEET_M]), attitudes)
+    assert lies[0] == pytest.approx([SLOPE_RAD, 0.0])
+    assert lies[1] == pytest.approx([0.0, -0.1])
 
 
 def test_feet_that_reach_further_down_in_front_stand_on_ground_that_falls_off_there() -> None:
     ahead = FEET_M - np.array([0.0, 0.0, 0.1]) * (FEET_M[:, :1] > 0.0)
-    assert steepness(ahead, np.zeros(3)) == pytest.approx([np.arctan2(0.1, 2.0), 0.0])
+    assert steepness(ahead[None], np.zeros((1, 3)))[0] == pytest.approx([np.arctan2(0.1, 2.0), 0])
 
 
 def test_a_unit_that_sits_askew_turns_the_ground_by_as_much() -> None:

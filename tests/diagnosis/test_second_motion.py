@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.expected_evidence import sureness
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
+from testbed.diagnosis.robot.motion_kinds import SECOND, SWAY
 from testbed.diagnosis.robot.motions import (
     CLOSE,
     instead_of_a_motion,
@@ -28,9 +28,9 @@ from testbed.diagnosis.robot.motions import (
     promises,
     rivals,
 )
-from testbed.diagnosis.robot.probabilities import NO_NAME, RobotSigns
-from testbed.diagnosis.robot.second_effects import explained, shown_by_both
-from testbed.diagnosis.robot.two_recordings import APART_S, Changes, together
+from testbed.diagnosis.robot.probabilities import NO_NAME, RobotSigns, calibration, distribution
+from testbed.diagnosis.robot.second_effects import explained, foretold_alike, shown_by_both
+from testbed.diagnosis.robot.several_recordings import APART_S, Changes, together
 from testbed.effects import by_name
 from testbed.effects.signature import Change
 from testbed.errors import InputError
@@ -67,7 +67,16 @@ def recording(
     }
     groups = {"forces": raw.whitened({n: c.signature for n, c in found.items()})}
     nobody: Any = None
-    return Balances(nobody, nobody, {"forces": raw}, groups, found)
+    return Balances(nobody, SWAYING, {"forces": raw}, groups, found)
+
+
+SWAYING: Any = SimpleNamespace(
+    counted=np.zeros((2, 18)),
+    seen=SimpleNamespace(
+        thrust_n=np.zeros(2), extension_m=np.zeros((2, len(AXES))), stroke_m=np.ones(len(AXES))
+    ),
+)
+"""A body that hardly moves."""
 
 
 UNKNOWN = 3.0
@@ -90,13 +99,64 @@ def test_a_second_recording_parts_what_the_first_cannot() -> None:
     assert both.hypothesis((LEFT,)).log_factor > both.hypothesis((RIGHT,)).log_factor + 20.0
 
 
-def test_two_recordings_share_an_effects_number() -> None:
+def test_several_recordings_share_an_effects_number() -> None:
     first = recording(course(1), course(2), 0.1 * course(1))
     second = recording(course(4), course(5), 0.1 * course(4))
     alone = Ledger(first).hypothesis((LEFT,))
     found = Ledger(together(first, second)).hypothesis((LEFT,))
     assert found.mean == pytest.approx([0.1], rel=0.03) and len(found.mean) == 1
     assert found.covariance[0, 0] < 0.7 * alone.covariance[0, 0]
+
+
+def test_three_recordings_say_more_than_two_whichever_were_joined_first() -> None:
+    one, two, three = (recording(course(k), course(k + 1), 0.1 * course(k)) for k in (1, 4, 7))
+    hypotheses = [
+        Ledger(both).hypothesis((LEFT,))
+        for both in (
+            together(one, two),
+            together(one, two, three),
+            together(together(one, two), three),
+        )
+    ]
+    assert hypotheses[1].log_factor > hypotheses[0].log_factor + 20.0
+    assert hypotheses[2].log_factor == pytest.approx(hypotheses[1].log_factor)
+    assert together(one) is one and len(together(one, two, three).bodies) == 3
+
+
+def test_what_a_further_recording_does_not_show_is_not_forgotten() -> None:
+    """Neither an effect that it cannot show nor balances that the first one has not got."""
+    first = recording(course(1), course(2), 0.1 * course(1))
+    second = recording(course(3), course(4), 0.1 * course(3))
+    without = replace(second, candidates={RIGHT: second.candidates[RIGHT]})
+    found = Ledger(together(first, without)).hypothesis((LEFT,))
+    assert found.log_factor == pytest.approx(Ledger(first).hypothesis((LEFT,)).log_factor)
+    other = replace(second, raw={"ropes": second.raw["forces"]})
+    both = together(first, other)
+    assert list(both.raw) == ["forces", "ropes"] and both.raw["ropes"].of_first == 0
+    beside = Ledger(both).hypothesis((LEFT,)).log_factor
+    assert beside == pytest.approx(Ledger(together(first, second)).hypothesis((LEFT,)).log_factor)
+
+
+def test_effects_that_make_the_same_are_foretold_alike() -> None:
+    """The left gain shows in one part of the first recording alone; the right one makes the same
+    but for a little in the second. Neither is preferred for how parts foretell each other.
+    """
+    shows = np.where(np.arange(ROWS) < 2, 20.0, 0.0)
+    little = 0.2 * np.random.default_rng(9).normal(size=ROWS)
+    first = recording(shows, shows, 0.3 * shows)
+    ledger = Ledger(together(first, recording(little, -little, np.zeros(ROWS))))
+    tried = [ledger.hypothesis((name,)) for name in (LEFT, RIGHT)]
+    worse = replace(tried[0], log_factor=tried[0].log_factor - 7.0)
+    found = {one.names: one.log_factor for one in foretold_alike(ledger, [worse, tried[1]])}
+    assert found[(LEFT,)] == pytest.approx(tried[0].log_factor)
+    assert found[(RIGHT,)] == pytest.approx(tried[1].log_factor)
+    alone = Ledger(first)
+    assert foretold_alike(alone, [worse, tried[1]]) == [worse, tried[1]]
+    other = Ledger(together(first, recording(course(1), course(2), 0.3 * course(1))))
+    tried = [other.hypothesis((name,)) for name in (LEFT, RIGHT)]
+    assert [one.log_factor for one in foretold_alike(other, tried)] == [
+        one.log_factor for one in tried
+    ]
 
 
 def test_a_tolerance_is_the_same_machines_in_both_recordings() -> None:
@@ -164,8 +224,12 @@ def test_the_motion_that_shows_the_difference_promises_most() -> None:
 
 def test_an_effect_is_parted_from_a_sound_machine() -> None:
     first = Ledger(recording(course(1), course(2), 0.02 * course(1)))
-    rehearsals = {"shows": recording(course(3), course(4), np.zeros(ROWS))}
-    assert promises(first, {(LEFT,): 0.5, (): 0.4}, rehearsals)["shows"] > 0.9
+    rehearsals = {
+        "shows": recording(5.0 * course(3), course(4), np.zeros(ROWS)),
+        "hardly shows": recording(course(3), course(4), np.zeros(ROWS)),
+    }
+    promised = promises(first, {(LEFT,): 0.5, (): 0.4}, rehearsals)
+    assert promised["shows"] > 0.9 > 0.6 > promised["hardly shows"]
 
 
 def test_a_motion_is_chosen_for_all_that_are_likely() -> None:
@@ -205,16 +269,25 @@ def test_a_promise_is_what_both_recordings_would_say_together() -> None:
     promised = promises(first, TWO, rehearsals)["twice"]
     left, right = (first.hypothesis((name,)).mean[0] for name in (LEFT, RIGHT))
     second = {LEFT: left * own, RIGHT: right * 2.0 * own}
-    gaps = []
-    for true, false in ((LEFT, RIGHT), (RIGHT, LEFT)):
+    told = 0.0
+    for true, likely in ((LEFT, 0.5), (RIGHT, 0.4)):
         both = Ledger(
             together(recording(alike, alike, 0.1 * alike), recording(own, 2.0 * own, second[true]))
         )
-        one, other = (both.hypothesis((name,)).log_factor for name in (true, false))
-        gaps.append(one - other)
-    sure = np.mean([sureness(gap) for gap in gaps])
-    assert promised == pytest.approx(float(sure), rel=1e-6) and promised > 0.99
-    assert sureness(-7.0) == pytest.approx(1.0 - sureness(7.0)) and sureness(0.0) == 0.5
+        sets = tuple(((name,), both.hypothesis((name,)).log_factor) for name in (LEFT, RIGHT))
+        said = distribution(RobotSigns(sets, {}, (SWAY, SECOND)), calibration())
+        told += likely / 0.9 * said[(true,)] / (said[(LEFT,)] + said[(RIGHT,)])
+    assert promised == pytest.approx(told, rel=1e-6) and promised > 0.99
+
+
+def test_what_a_step_away_from_a_sound_machine_costs_counts_in_the_promise() -> None:
+    """Evidence that an effect has already and can have no more of does not part it."""
+    alike = course(1)
+    first = Ledger(recording(alike, course(2), 0.03 * alike))
+    nothing = {"nothing new": recording(np.zeros(ROWS), 1e-3 * course(3), np.zeros(ROWS))}
+    assert first.hypothesis((LEFT,)).log_factor > 1.0
+    two = {(LEFT,): 0.5, (): 0.45}
+    assert promises(first, two, nothing)["nothing new"] < 0.6
 
 
 def test_where_no_motion_parts_two_it_is_said_what_would() -> None:
@@ -274,14 +347,12 @@ def test_a_sway_goes_as_far_as_the_legs_reach() -> None:
 
 def test_a_second_effect_counts_where_both_recordings_show_it() -> None:
     left, right, nothing = course(1), course(2), np.zeros(ROWS)
-    body: Any = object()
 
     def evidence(second: float) -> tuple[float, float]:
         """Of the left gain alone and of both, where the right one is there by so much."""
         first = recording(left, right, 0.1 * left + 0.1 * right)
         again = recording(right, left, 0.1 * right + second * left)
-        both = replace(together(first, again), second=body)
-        ledger = Ledger(both)
+        ledger = Ledger(together(first, again))
         tried = [ledger.hypothesis(names) for names in ((LEFT,), (RIGHT,), (LEFT, RIGHT))]
         found = {one.names: one.log_factor for one in shown_by_both(ledger, tried)}
         return max(found[(LEFT,)], found[(RIGHT,)]), found[(LEFT, RIGHT)]
@@ -302,11 +373,7 @@ def test_what_the_first_recording_does_not_show_was_not_asked_for() -> None:
     """An error of the second motion's own looks like a gain that the first one says nothing of; a
     gain that shows in the first one alone is kept."""
     left, right, nothing = course(1), course(2), np.zeros(ROWS)
-    body: Any = object()
-    both = replace(
-        together(recording(left, nothing, 0.1 * left), recording(nothing, right, 0.2 * right)),
-        second=body,
-    )
+    both = together(recording(left, nothing, 0.1 * left), recording(nothing, right, 0.2 * right))
     ledger = Ledger(both)
     tried = [ledger.hypothesis((name,)) for name in (LEFT, RIGHT)]
     assert min(one.log_factor for one in tried) > 20.0

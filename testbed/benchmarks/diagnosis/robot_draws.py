@@ -42,8 +42,10 @@ GENTLE_DEG = 45.0
 """Up to here strides are as long as these; on steeper ground, where ropes allow less, shorter with
 the cosine.
 """
-AGAIN, BEFORE = 5000, 10_000
-"""Seeds of second recordings are so much higher, and those of recordings made before."""
+AGAIN, BEFORE, THIRD = 5000, 10_000, 15_000
+"""Seeds of second recordings are so much higher, those of recordings made before, and of third
+ones.
+"""
 AS_BELIEVED = ("undeclared=[]", 'machine={"draw": null}')
 """The machine as the robot believes it to be."""
 PHASES = (
@@ -77,9 +79,9 @@ class Drawn:
         moved = motion or self.motion
         return self._loaded(moved, _task(moved, self.seed), self.later)
 
-    def again(self, overrides: Sequence[str]) -> Scenario:
+    def again(self, overrides: Sequence[str], later: int = AGAIN) -> Scenario:
         """Where it stands, the same machine moved otherwise; the seed of noise is another."""
-        return self._loaded("stand", overrides, AGAIN)
+        return self._loaded("stand", overrides, later)
 
     def rehearsed(self, overrides: Sequence[str]) -> Scenario:
         """Where it stands, the machine as it is believed moved otherwise."""

@@ -85,7 +85,7 @@ def alone_of(trial: Trial) -> Trial:
 
 def second_motion(close: Sequence[Trial]) -> dict[str, Any]:
     """Of runs whose two likeliest sets could not be distinguished: how often what is hidden was
-    said without a second motion, and with it.
+    said without a second motion, with it, and with a third one where two still could not tell.
     """
     shown = [t for t in close if t["kind"] == "clean" or len(t["second"]["visible"])]
     motions = [t["second"]["motion"] for t in close]
@@ -93,6 +93,8 @@ def second_motion(close: Sequence[Trial]) -> dict[str, Any]:
         "cases": len(close),
         "without": rate([_said(t, t) for t in close]),
         "with": rate([_said(t, t["second"]) for t in close]),
+        "with_third": rate([_said(t, t["second"].get("third", t["second"])) for t in close]),
+        "third": sum("third" in t["second"] for t in close),
         "visible_without": rate([_said(t, t) for t in shown]),
         "visible_with": rate([_said(t, t["second"]) for t in shown]),
         "motions": {motion: motions.count(motion) for motion in sorted(set(motions))},

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from testbed.benchmarks.diagnosis.other_worlds import OtherWorld
-from testbed.benchmarks.diagnosis.robot_draws import BEFORE, MOTIONS, Drawn, drawn
+from testbed.benchmarks.diagnosis.robot_draws import AGAIN, BEFORE, MOTIONS, THIRD, Drawn, drawn
 from testbed.benchmarks.diagnosis.robot_recordings import Run, run_of
 from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.effects import by_name
@@ -176,7 +176,29 @@ def visible(ledger: Ledger, case: Drawn) -> list[str]:
 
 def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> dict[str, Any]:
     """Where the two likeliest sets cannot be distinguished: the motion that is chosen, and what
-    both recordings together say; what the first one says where no motion is to part them.
+    both recordings together say; what the first one says where no motion is to part them. `third`:
+    the same of a third recording, where these two cannot distinguish them either.
+    """
+    from testbed.diagnosis.robot.motions import rivals
+
+    if rivals(found.verdict.hypotheses) is None:
+        return {}
+    rehearsed: dict[str, Balances] = {}
+    after, said = _after_a_motion(found, before, (case, AGAIN), asked, rehearsed)
+    if said["motion"] != NO_MOTION and rivals(after.verdict.hypotheses) is not None:
+        said["third"] = _after_a_motion(after, before, (case, THIRD), asked, rehearsed)[1]
+    return said
+
+
+def _after_a_motion(
+    found: RobotDiagnosis,
+    before: Run,
+    again: tuple[Drawn, int],
+    asked: Asked,
+    rehearsed: dict[str, Balances],
+) -> tuple[RobotDiagnosis, dict[str, Any]]:
+    """What is said after the motion that promises to part the likeliest sets; `again`: the machine,
+    and the seed of the recording's noise beside its own; `rehearsed`: what has been, and will be.
     """
     from testbed.diagnosis.robot.diagnose import judged
     from testbed.diagnosis.robot.findings import as_json
@@ -189,44 +211,48 @@ def _second(found: RobotDiagnosis, before: Run, case: Drawn, asked: Asked) -> di
         promises,
         rivals,
     )
-    from testbed.diagnosis.robot.two_recordings import together
+    from testbed.diagnosis.robot.several_recordings import together
 
-    two, parted = rivals(found.verdict.hypotheses), parted_sets(found)
-    if two is None:
-        return {}
-    promised = promises(Ledger(found.balances), parted, rehearsals(case, parted, asked))
-    motion, balances = NO_MOTION, found.balances
+    case, noise = again
+    parted = parted_sets(found)
+    asked_for = rehearsals(case, parted, asked, rehearsed)
+    promised = promises(Ledger(found.balances), parted, asked_for)
+    motion, after = NO_MOTION, found
     for chosen in parting(promised):
         with suppress(InputError):  # steep ground refuses some: then the next best
             ways = motion_named(chosen)
-            run = made(ways, lambda told: run_of(case.again(told), asked.recordings))[1]
-            second = balances_in(run, before)
-            motion, balances = chosen, together(found.balances, second)
+            run = made(ways, lambda told: run_of(case.again(told, noise), asked.recordings))[1]
+            balances = together(found.balances, balances_in(run, before))
+            motion, after = chosen, judged(found.name, balances)
             break
-    said = as_json(judged(found.name, balances))
-    return {
-        "rivals": [list(names) for names in two],
+    said = as_json(after)
+    return after, {
+        "rivals": [list(names) for names in rivals(found.verdict.hypotheses) or ()],
         "motion": motion,
         "promised": promised,
-        "visible": visible(Ledger(balances), case),
+        "visible": visible(Ledger(after.balances), case),
         "verdict": said["verdict"],
         "names": names_in(said),
         "hypotheses": said["hypotheses"],
     }
 
 
-def rehearsals(case: Drawn, parted: Iterable[Names], asked: Asked) -> dict[str, Balances]:
+def rehearsals(
+    case: Drawn, parted: Iterable[Names], asked: Asked, rehearsed: dict[str, Balances]
+) -> dict[str, Balances]:
     """Motions of the catalogue, of the machine as it is believed where it stands: those that may
-    part these sets.
+    part these sets. `rehearsed`: those that have been, to which the others are added.
     """
     from testbed.diagnosis.robot.motions import made, motions_for
+    from testbed.diagnosis.robot.noise_levels import rehearsed_balances
 
-    found = {}
-    for motion in motions_for(parted):
-        with suppress(InputError):  # from here it cannot make this one
-            run = made(motion, lambda told: run_of(case.rehearsed(told), asked.recordings))[1]
-            found[motion.name] = balances_in(run)
-    return found
+    wanted = motions_for(parted)
+    for motion in wanted:
+        if motion.name not in rehearsed:
+            with suppress(InputError):  # from here it cannot make this one
+                run = made(motion, lambda told: run_of(case.rehearsed(told), asked.recordings))[1]
+                rehearsed[motion.name] = rehearsed_balances(*_measured(run))
+    return {motion.name: rehearsed[motion.name] for motion in wanted if motion.name in rehearsed}
 
 
 def _closed(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, float]:

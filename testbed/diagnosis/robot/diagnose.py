@@ -34,7 +34,7 @@ from testbed.diagnosis.robot.probabilities import (
     has_names,
     leading,
 )
-from testbed.diagnosis.robot.second_effects import shown_by_both
+from testbed.diagnosis.robot.second_effects import foretold_alike, shown_by_both
 from testbed.diagnosis.robot.walking_bias import hangs
 from testbed.effects import ALL, place_of
 from testbed.effects.signature import Signature
@@ -204,19 +204,20 @@ def check_memory(runs: Iterable[tuple[float, Path]]) -> None:
 
 
 def beyond_what_was_tried(balances: Balances) -> str:
-    """In what a run, or one of two, is unlike those that the probabilities were fitted to, in
+    """In what a run, or one of several, is unlike those that the probabilities were fitted to, in
     words; empty where in nothing.
     """
-    bodies = (body for body in (balances.body, balances.second) if body is not None)
-    return "" if all(hangs(body.seen, body.foot_force) for body in bodies) else NO_ROPES
+    hanging = (hangs(body.seen, body.foot_force) for body in balances.bodies)
+    return "" if all(hanging) else NO_ROPES
 
 
 def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotDiagnosis:
-    """The diagnosis from the balances of one recording, or of two together; `granted`: names
+    """The diagnosis from the balances of one recording, or of several together; `granted`: names
     (effect@place) that are not searched for.
     """
     ledger = Ledger(balances, left_out=granted)
-    tried = shown_by_both(ledger, weighed_by_law(ledger, ledger.best()))
+    searched = foretold_alike(ledger, ledger.best())
+    tried = shown_by_both(ledger, weighed_by_law(ledger, searched))
     signs = RobotSigns.of(tried, motion_kinds(balances))
     weights = distribution(signs, calibration())
     verdict = _verdict(ledger, tried, weights, {})

@@ -83,7 +83,9 @@ class RawGroup:
     1.
     """
     of_first: int | None = None
-    """Of two recordings together: so many rows are the first one's, and come before the others."""
+    """Of several recordings together: so many rows are the first one's, and come before the
+    others.
+    """
 
     def factored(self) -> RawGroup:
         """The group with its `root` found, for all that only miss something else."""

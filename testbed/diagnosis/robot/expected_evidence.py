@@ -6,26 +6,35 @@ that the recording gives it, its balances would miss what these effects make by 
 nothing else. Both recordings are one machine's, so numbers that the rehearsal's motion would allow
 must fit the recording, too: a spring that could pass for a cushion in either alone cannot in both.
 So are its tolerances, and what an earlier recording leaves of them it leaves of them in either: a
-weight on board shows only where it is known what the machine weighs. Where the recording is two
-already, the rehearsal is looked at by itself.
+weight on board shows only where it is known what the machine weighs.
+
+What both would say is weighed as what a recording says (probabilities.py): whether a sound machine
+is told from an effect depends on what every step away from it costs, not on their evidence alone.
+Where parts of the recording foretell each other less well than its evidence has it, they still do.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.special import expit
 
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.groups import Balances, Candidate
+from testbed.diagnosis.robot.groups import Balances
 from testbed.diagnosis.robot.hypotheses import Ledger
+from testbed.diagnosis.robot.motion_kinds import motion_kinds
 from testbed.diagnosis.robot.nonlinear_fit import Fitted, by_whole_laws, fitted, within
-from testbed.diagnosis.robot.probabilities import Names, calibration, tempered
-from testbed.diagnosis.robot.two_recordings import NOTHING, Changes, of_first, together
+from testbed.diagnosis.robot.probabilities import (
+    NO_NAME,
+    Names,
+    RobotSigns,
+    calibration,
+    distribution,
+    has_names,
+)
+from testbed.diagnosis.robot.several_recordings import NOTHING, Changes, of_first, together
 from testbed.effects.signature import Change
 
 DRAWS = 8
@@ -33,63 +42,64 @@ DRAWS = 8
 
 
 class ExpectedEvidence:
-    """Of one recording, `first`, and what is asked of it: rival sets of effects, each with its
-    probability.
+    """Of one recording, `first`, or several together, and what is asked of it: rival sets of
+    effects, each with its probability.
     """
 
     def __init__(self, first: Ledger, rivals: Mapping[Names, float]) -> None:
         self.rivals = rivals
         self._names = tuple(dict.fromkeys(name for names in rivals for name in names))
         self._first = first.balances
+        hypotheses = {names: first.hypothesis(names) for names in rivals}
+        self._not_foretold = {
+            names: one.log_factor - first.held(one).log_factor if names else 0.0
+            for names, one in hypotheses.items()
+        }
         self._found = {
-            names: tuple(_likely(fitted(first.balances, first.hypothesis(names))))
-            for names in rivals
+            names: tuple(_likely(fitted(first.balances, one))) for names, one in hypotheses.items()
         }
 
     def chance(self, rehearsed: Balances) -> float:
-        """That both recordings would tell a true one of them from a false one, 0.5 where the motion
-        says nothing: how sure their evidence would be of the true one, in the mean over all pairs
-        by how likely both are, and over the numbers that the recording leaves possible.
+        """That both recordings would say the true one: the probability that they would give it, in
+        the mean over all rivals by how likely each is, and over the numbers that the recording
+        leaves possible. What it is already where the motion shows nothing of them.
         """
         both = self._together(rehearsed)
+        total = sum(self.rivals.values())
         if not both.raw:
-            return 0.5
-        told, weight = 0.0, 0.0
+            return sum(chance**2 for chance in self.rivals.values()) / total**2
+        told = 0.0
         for true, likely in self.rivals.items():
-            for one in self._found[true]:
-                evidence = self._evidence(both, rehearsed, one)
-                for other, chance in self.rivals.items():
-                    if other != true:
-                        share = likely * chance / len(self._found[true])
-                        told += share * sureness(evidence[true] - evidence[other])
-                        weight += share
-        return told / weight
+            said = [self._said(both, rehearsed, one)[true] for one in self._found[true]]
+            told += likely / total * float(np.mean(said))
+        return told
 
-    def _evidence(
-        self, both: Balances, rehearsed: Balances, found: Fitted
-    ) -> Mapping[Names, float]:
-        """The evidence that each of the rivals would have, were one true with these numbers."""
-        made = list(self._made(rehearsed, found))
-        if self._first.second is None:
-            made = [Changes(parts=(NOTHING, change)) for change in made]
+    def _said(self, both: Balances, rehearsed: Balances, found: Fitted) -> Mapping[Names, float]:
+        """The probability that each of the rivals would have beside the others, were one true with
+        these numbers.
+        """
+        before = len(self._first.bodies)
+        made = [
+            Changes(parts=(*[NOTHING] * before, change)) for change in self._made(rehearsed, found)
+        ]
         ledger = Ledger(_missing_also(both, made))
-        return {names: by_whole_laws(ledger, ledger.hypothesis(names)) for names in self.rivals}
+        evidence = [
+            (names, by_whole_laws(ledger, ledger.hypothesis(names)) - self._not_foretold[names])
+            for names in self.rivals
+            if names
+        ]
+        weights = distribution(RobotSigns(tuple(evidence), {}, motion_kinds(both)), calibration())
+        own = {names: weights[names if has_names(names) else NO_NAME] for names in self.rivals}
+        total = sum(own.values())
+        return {names: weight / total for names, weight in own.items()}
 
     def _together(self, rehearsed: Balances) -> Balances:
-        """The balances of both that show anything of the effects, the rehearsal missing nothing."""
-        there = {name: self._candidate(name, rehearsed) for name in self._names}
-        here = {name: self._first.candidates[name] for name in self._names}
-        first = _showing(self._first, rehearsed, here)
-        known = _known_beside(_showing(rehearsed, self._first, there), self._first.sound)
-        second = _missing_nothing(known)
-        both = second if self._first.second is not None else together(first, second)
+        """The balances of all that show anything of the effects, the rehearsal missing nothing."""
+        there = _missing_nothing(_known_beside(rehearsed, self._first.sound))
+        recordings = (*(self._first.recordings or (self._first,)), there)
+        keys = {key for one in recordings for key in _showing(one, self._names)}
+        both = together(*(_of(one, keys, self._names) for one in recordings))
         return replace(both, raw={key: group.factored() for key, group in both.raw.items()})
-
-    def _candidate(self, name: str, rehearsed: Balances) -> Candidate:
-        """An effect in the rehearsal; one that shows nothing there makes nothing."""
-        own = self._first.candidates[name]
-        nothing = {number: NOTHING for number in own.signature}
-        return rehearsed.candidates.get(name, replace(own, signature=nothing))
 
     def _made(self, rehearsed: Balances, found: Fitted) -> Iterator[Change]:
         """What effects make in the rehearsal: by the laws of those that bend; of a course in time,
@@ -122,31 +132,24 @@ def _likely(found: Fitted) -> Iterator[Fitted]:
         yield replace(found, mean=within(found.parts, found.mean + root @ drawn))
 
 
-def _showing(balances: Balances, other: Balances, candidates: Mapping[str, Candidate]) -> Balances:
-    """The balances with these candidates, of the groups in which one of them shows in either."""
+def _showing(balances: Balances, names: Collection[str]) -> Iterator[str]:
+    """The groups in which one of these effects shows."""
+    for key, group in balances.groups.items():
+        if any(name in group.columns for name in names):
+            yield key
 
-    def shows(key: str) -> bool:
-        groups = (one.groups.get(key) for one in (balances, other))
-        return any(name in group.columns for group in groups if group for name in candidates)
 
-    raw = {key: group for key, group in balances.raw.items() if shows(key)}
-    groups = {key: group for key, group in balances.groups.items() if key in raw}
-    return replace(balances, raw=raw, groups=groups, candidates=candidates)
+def _of(balances: Balances, keys: Collection[str], names: Collection[str]) -> Balances:
+    """The balances with these groups and candidates alone."""
+    candidates = {name: balances.candidates[name] for name in names if name in balances.candidates}
+    raw = {key: group for key, group in balances.raw.items() if key in keys}
+    return replace(balances, raw=raw, candidates=candidates)
 
 
 def _known_beside(balances: Balances, sound: Mapping[str, RawGroup]) -> Balances:
     """The same of a machine of which there is an earlier recording."""
     raw = {k: g.knowing(sound[k]) if k in sound else g for k, g in balances.raw.items()}
     return replace(balances, raw=raw)
-
-
-def sureness(gap: float) -> float:
-    """Probability of the better of two sets by a gap in their evidence, of either sign: ten times
-    the evidence is not ten times as sure, see probabilities.tempered.
-    """
-    numbers = calibration()
-    counted = float(tempered(np.array(abs(gap)), float(numbers["much"])))
-    return float(expit(math.copysign(float(numbers["share"]) * counted, gap)))
 
 
 def _missing_nothing(balances: Balances) -> Balances:

@@ -93,18 +93,21 @@ def group_of(balance: BodyBalance, bins: Bins, ropes_in_world: Array) -> Ground 
         return None
     seen, attitude = balance.seen, bins.attitude_rad
 
-    def means(change: Change) -> Array:
-        slopes = [
-            _by(change, seen.foot_m[k], attitude[k], k, steep) if _turns(change) else np.zeros(2)
-            for k, steep in zip(middles, steepnesses, strict=True)
-        ]
-        return np.concatenate(slopes)
-
     middles = [int(piece[len(piece) // 2]) for piece in pieces]
-    steepnesses = [steepness(seen.foot_m[k], attitude[k]) for k in middles]
-    slopes = [
-        np.mean([steepness(seen.foot_m[k], attitude[k]) for k in piece], axis=0) for piece in pieces
-    ]
+    steepnesses = steepness(seen.foot_m[middles], attitude[middles])
+
+    def means(change: Change) -> Array:
+        """By how much it seems steeper by one unit of a change, piece by piece."""
+        feet_m, turned = seen.foot_m[middles], attitude[middles]
+        if change.feet is None and change.unit_turned is None:
+            return np.zeros(steepnesses.size)
+        if change.feet is not None:
+            feet_m = feet_m + STEP_RAD * change.feet[middles]
+        if change.unit_turned is not None:
+            turned = turned + STEP_RAD * change.unit_turned
+        return np.ravel((steepness(feet_m, turned) - steepnesses) / STEP_RAD)
+
+    slopes = [steepness(seen.foot_m[piece], attitude[piece]).mean(axis=0) for piece in pieces]
     return Ground(
         missing=np.concatenate(slopes),
         time_s=np.repeat([bins.time_s[k] for k in middles], 2),
@@ -116,13 +119,15 @@ def group_of(balance: BodyBalance, bins: Bins, ropes_in_world: Array) -> Ground 
 
 
 def steepness(feet_m: Array, attitude_rad: Array) -> Array:
-    """(2,) pitch and roll, rad, of the ground on which feet stand (4, 3) of a body with this
-    attitude (3,): of its normal in the frame of gravity.
+    """(n, 2) pitch and roll, rad, of the ground on which feet stand (n, 4, 3) of a body with these
+    attitudes (n, 3): of its normal in the frame of gravity.
     """
-    middle = feet_m - feet_m.mean(axis=0)
-    normal = np.linalg.svd(middle)[2][2]
-    up = rotation_from_attitude(attitude_rad) @ (normal * np.sign(normal[2]))
-    return np.array([np.arctan2(up[0], up[2]), np.arcsin(up[1])])
+    middle = feet_m - feet_m.mean(axis=1, keepdims=True)
+    normal = np.linalg.svd(middle)[2][:, 2]
+    normal *= np.sign(normal[:, 2:])
+    rotation = np.array([rotation_from_attitude(one) for one in attitude_rad])
+    up = (rotation @ normal[:, :, None])[:, :, 0]
+    return np.column_stack([np.arctan2(up[:, 0], up[:, 2]), np.arcsin(up[:, 1])])
 
 
 def _pieces(bins: Bins) -> Iterator[npt.NDArray[np.intp]]:

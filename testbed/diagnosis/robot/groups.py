@@ -94,10 +94,17 @@ class Balances:
     raw: Mapping[str, RawGroup]
     groups: Mapping[str, Whitened]
     candidates: Mapping[str, Candidate]
-    second: BodyBalance | None = None
-    """Of two recordings together, the body's of the second."""
+    others: tuple[BodyBalance, ...] = ()
+    """Of several recordings together, the body's of those after the first."""
+    recordings: tuple[Balances, ...] = ()
+    """Those recordings, each by itself."""
     sound: Mapping[str, RawGroup] = field(default_factory=dict)
     """Those of an earlier recording of the same machine, where they are held beside one."""
+
+    @property
+    def bodies(self) -> tuple[BodyBalance, ...]:
+        """The body's of each recording."""
+        return (self.body, *self.others)
 
     def not_recalled(self) -> dict[str, int]:
         """Group -> how many numbers of the machine the earlier recording shows beyond what any

@@ -212,7 +212,7 @@ class Ledger:
         """
         return len(self._where[name]) > MOST_NUMBERS
 
-    def _held(self, one: Hypothesis) -> Hypothesis:
+    def held(self, one: Hypothesis) -> Hypothesis:
         """A hypothesis whose evidence is at most what it foresees of parts that are kept back,
         beside that of its courses in time, which no other part can predict; and less what it costs
         that its numbers can hardly be, however well it foresees with them.
@@ -223,6 +223,24 @@ class Ledger:
         seen = self.hypothesis(courses).log_factor
         foreseen = seen + self.foreseen(one.names) - self.foreseen(courses) + one.possible
         return replace(one, log_factor=min(one.log_factor, foreseen))
+
+    def likeness(self, one: Hypothesis, other: Hypothesis) -> float:
+        """Cosine between what two sets make of the balances, divided by their noise, with their
+        likeliest numbers.
+        """
+        index = [self._index(h.names) for h in (one, other)]
+        numbers = [
+            h.mean / self._width[where] for h, where in zip((one, other), index, strict=True)
+        ]
+        inner = [
+            [
+                float(a @ self._information[np.ix_(i, j)] @ b)
+                for j, b in zip(index, numbers, strict=True)
+            ]
+            for i, a in zip(index, numbers, strict=True)
+        ]
+        size = math.sqrt(inner[0][0] * inner[1][1])
+        return inner[0][1] / size if size > 0.0 else 0.0
 
     def were(self, names: tuple[str, ...], numbers: Array) -> Ledger:
         """The ledger of a recording that misses nothing but what these effects make, one's numbers
@@ -268,7 +286,7 @@ class Ledger:
         pairs.sort(key=lambda h: -h.log_factor)
         alone = {one.names[0]: one.log_factor for one in singles}
         pairs = [replace(one, bent=self._bent(one, alone)) for one in pairs[:KEPT]]
-        held = ([self._held(one) for one in best[:KEPT]] for best in (singles, pairs))
+        held = ([self.held(one) for one in best[:KEPT]] for best in (singles, pairs))
         return [one for best in held for one in sorted(best, key=lambda h: -h.log_factor)]
 
     def _bent(self, pair: Hypothesis, alone: Mapping[str, float]) -> float | None:

@@ -12,7 +12,7 @@ from testbed.machine.names import AXES
 SWAY, WALK, DRILL = "sway", "walk", "drill"
 """The kinds of motion that the probabilities were fitted to; others count as all of these."""
 SECOND = "second"
-"""Beside the kinds of both, of two recordings that are weighed together: a far sway seems to show
+"""Beside the kinds of all, of recordings that are weighed together: a far sway seems to show
 more of a supply that droops than is hidden (3.3, 3.4 and 10.2 of evidence on three machines).
 """
 RAISED = 0.3
@@ -23,12 +23,9 @@ VERTICAL = [index for index, axis in enumerate(AXES) if axis.endswith("vertical"
 
 
 def motion_kinds(balances: Balances) -> tuple[str, ...]:
-    """The kinds of motion of a recording, or of two together, each once."""
-    first, second = balances.body, balances.second
-    if second is None:
-        return motion_kind(first)
-    both = motion_kind(first) + motion_kind(second)
-    return (*dict.fromkeys(both), SECOND)
+    """The kinds of motion of a recording, or of several together, each once."""
+    kinds = dict.fromkeys(kind for body in balances.bodies for kind in motion_kind(body))
+    return (*kinds, SECOND) if balances.others else tuple(kinds)
 
 
 def motion_kind(body: BodyBalance) -> tuple[str, ...]:

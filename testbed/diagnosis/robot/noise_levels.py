@@ -74,6 +74,15 @@ def balances_at_level(
     return levelled(found)
 
 
+def rehearsed_balances(data: Mapping[str, Array], robot: Robot, ropes_in_world: Array) -> Balances:
+    """`groups.balances_of` of a motion of the machine as it is believed, in which nothing is
+    hidden, divided by its noise.
+    """
+    found = balances_of(data, robot, ropes_in_world, {})
+    nothing = Ledger(found).hypothesis(())
+    return with_likeliest_courses(_levelled_by(found, nothing, nothing))
+
+
 def strongest(balances: Balances) -> Hypothesis:
     """The single named effect that explains most."""
     ledger = Ledger(balances)
@@ -101,9 +110,16 @@ def levelled(balances: Balances) -> Balances:
     """The balances divided by the noise that the recording itself shows."""
     ledger = Ledger(balances)
     best = max(ledger.best(), key=lambda h: h.log_factor)
+    believed = best if best.log_factor >= STRONG else ledger.hypothesis(())
+    return with_likeliest_courses(_levelled_by(balances, best, believed))
+
+
+def _levelled_by(balances: Balances, best: Hypothesis, believed: Hypothesis) -> Balances:
+    """The balances divided by the noise that `best` leaves; bins of the forces that lie apart by
+    what `believed` leaves of them.
+    """
     left = left_by(balances, best)
     level = {key: level_of(key, group, left[key]) for key, group in balances.raw.items()}
-    believed = best if best.log_factor >= STRONG else ledger.hypothesis(())
     beside = left_by(balances, believed)[FORCES] / np.sqrt(level[FORCES])
     level[FORCES] *= outlying(balances.raw[FORCES].time_s, beside)
     raw = {key: group.levelled(level[key]) for key, group in balances.raw.items()}
@@ -113,7 +129,7 @@ def levelled(balances: Balances) -> Balances:
         )
         for key, group in raw.items()
     }
-    return with_likeliest_courses(replace(balances, raw=raw, groups=groups))
+    return replace(balances, raw=raw, groups=groups)
 
 
 def left_by(balances: Balances, hypothesis: Hypothesis) -> Mapping[str, Array]:

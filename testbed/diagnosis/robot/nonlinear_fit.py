@@ -21,7 +21,7 @@ from scipy.linalg import solve_triangular
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
-from testbed.diagnosis.robot.two_recordings import Changes, of_first
+from testbed.diagnosis.robot.several_recordings import Changes, of_first
 from testbed.diagnosis.robot.unexplained import listed
 from testbed.effects import place_of
 from testbed.effects.signature import Change, RobotSeen
@@ -232,12 +232,11 @@ class _Fit:
         return 0.5 * nothing - self._cost(numbers) + 0.5 * float(size) - price, price
 
     def _price(self, part: Part, numbers: Array) -> float:
-        """What its numbers cost an effect: of two recordings one is enough to show that it is no
-        other.
+        """What its numbers cost an effect: of several recordings one is enough to show that it is
+        no other.
         """
-        bodies = (self.balances.body, self.balances.second)
         effect, place, values = part.candidate.effect, part.candidate.place, part.values(numbers)
-        return min(effect.robot_price(b.seen, place, values) for b in bodies if b is not None)
+        return min(effect.robot_price(b.seen, place, values) for b in self.balances.bodies)
 
     def _likeliest(self) -> Array:
         """The likeliest numbers."""
@@ -272,12 +271,11 @@ class _Fit:
         return [change.times(number) for change, number in pairs if number != 0.0]
 
     def _made(self, part: Part, values: Mapping[str, float]) -> Change:
-        """What a part's law makes of these parameters, in both recordings where there are two."""
+        """What a part's law makes of these parameters, in each of several recordings."""
         made = partial(part.candidate.effect.made, place=part.candidate.place, values=values)
-        first, second = self.balances.body, self.balances.second
-        if second is None:
-            return made(first.seen)
-        return Changes(parts=(made(first.seen), made(second.seen)))
+        if not self.balances.others:
+            return made(self.balances.body.seen)
+        return Changes(parts=tuple(made(body.seen) for body in self.balances.bodies))
 
     def _cost(self, numbers: Array) -> float:
         """- ln of their probability."""

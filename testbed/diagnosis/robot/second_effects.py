@@ -19,6 +19,37 @@ from testbed.formats.arrays import Array
 
 LEAST_RAISED = 2.0
 """Least ln of the likelihood by which an effect predicts a recording better that shows it (E)."""
+ALIKE, NEARLY_AS_MUCH = 0.9, 3.0
+"""Two effects make nearly the same where the cosine between what both make of the balances is
+larger, and explain nearly as much where their ln of the evidence differs by less (E).
+"""
+
+
+def foretold_alike(ledger: Ledger, tried: Iterable[Hypothesis]) -> list[Hypothesis]:
+    """The hypotheses of a search, singles first, the best of each first; of several recordings
+    single effects with as much of their evidence as their likes have.
+
+    Of two that make nearly the same, and explain nearly as much, parts that are kept back foretell
+    the one no better than the other: what lies in one part alone is no reason to prefer either.
+    """
+    found = list(tried)
+    if not ledger.balances.others:
+        return found
+    singles = [one for one in found if len(one.names) == 1]
+    whole = [ledger.hypothesis(one.names) for one in singles]
+    missed = [of.log_factor - one.log_factor for of, one in zip(whole, singles, strict=True)]
+    out = []
+    for one, of, own in zip(singles, whole, missed, strict=True):
+        likes = [
+            other
+            for like, other in zip(whole, missed, strict=True)
+            if other < own
+            and like.log_factor > of.log_factor - NEARLY_AS_MUCH
+            and ledger.likeness(of, like) > ALIKE
+        ]
+        out.append(replace(one, log_factor=one.log_factor + own - min(likes, default=own)))
+    pairs = [one for one in found if len(one.names) == 2]
+    return [*sorted(out, key=lambda h: -h.log_factor), *pairs]
 
 
 def shown_by_both(ledger: Ledger, tried: Iterable[Hypothesis]) -> list[Hypothesis]:
@@ -27,7 +58,7 @@ def shown_by_both(ledger: Ledger, tried: Iterable[Hypothesis]) -> list[Hypothesi
     alone. Singles first, the best of each first.
     """
     found = list(tried)
-    if ledger.balances.second is None:
+    if not ledger.balances.others:
         return found
     singles = [_as_asked(ledger, one) for one in found if len(one.names) == 1]
     alone = {one.names[0]: one.log_factor for one in singles}

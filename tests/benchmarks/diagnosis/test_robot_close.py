@@ -88,5 +88,7 @@ def test_what_an_effect_adds_to_a_sound_recording_is_predicted(gain: float) -> N
     evidence = Ledger(there).hypothesis((name,)).log_factor
     assert raw.missing.shape == missing.shape
     said = dict(predicted)
-    assert (max(said, key=said.__getitem__) == (name,)) is (gain > 0.0 and evidence > 20.0)
+    assert (max(said, key=said.__getitem__, default=()) == (name,)) is (
+        gain > 0.0 and evidence > 20.0
+    )
     assert sum(said.values()) == pytest.approx(1.0)
