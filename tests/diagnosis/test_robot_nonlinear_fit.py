@@ -55,7 +55,8 @@ def asked(seen: RobotSeen, missing: np.ndarray, noise_n: float, *effects: str) -
         groups=groups,
         candidates={one.name: one for one in found},
         body=body,
-        second=None,
+        bodies=(body,),
+        others=(),
     )
     return cast(Balances, balances)
 
