@@ -295,12 +295,13 @@ def suggest_motion(
     if not promised:
         raise InputError("no motion of the catalogue can be made from here", field="--suggest")
     sets_and_gains = {"parts": [list(names) for names in two], "promised": promised}
-    if not parting(promised):
+    best_first = parting(promised, parted)
+    if not best_first:
         one, other, *_ = parted
         instead = instead_of_a_motion((one, other))
         tell(instead)
         return {**sets_and_gains, "motion": None, "text": instead}
-    best = ways[parting(promised)[0]]
+    best = ways[best_first[0]]
     said = [f"description={json.dumps(best.text)}", *NOTHING_EXPECTED]
     scenario = load_scenario(stood, [*best.overrides(), *said], duration=SECONDS)
     write_text(file, yaml_text(json.loads(scenario.model_dump_json(exclude_defaults=True))))

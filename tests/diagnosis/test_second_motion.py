@@ -219,7 +219,7 @@ def test_the_motion_that_shows_the_difference_promises_most() -> None:
     }
     promised = promises(first, TWO, rehearsals)
     assert promised["parts"] > 0.999 and promised["does not"] == pytest.approx(0.5, abs=0.02)
-    assert parting(promised) == ["parts"]
+    assert parting(promised, TWO) == ["parts"]
 
 
 def test_an_effect_is_parted_from_a_sound_machine() -> None:
@@ -291,7 +291,10 @@ def test_what_a_step_away_from_a_sound_machine_costs_counts_in_the_promise() -> 
 
 
 def test_where_no_motion_parts_two_it_is_said_what_would() -> None:
-    assert parting({"rise": 0.59, "press": 0.5}) == []
+    promised = {"rise": 0.62, "press": 0.5}
+    assert parting(promised, TWO) == []
+    several = {(LEFT,): 0.3, (RIGHT,): 0.3, (): 0.2, (LEFT, RIGHT): 0.2}
+    assert parting(promised, several) == ["rise", "press"]
     spring, cushion = "force.spring@fl_rotation", "force.cushion@fl_rotation"
     said = instead_of_a_motion(((spring,), (cushion,)))
     assert "no motion" in said and by_name("force.spring").alike["force.cushion"] in said

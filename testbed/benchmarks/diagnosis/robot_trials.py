@@ -218,7 +218,7 @@ def _after_a_motion(
     asked_for = rehearsals(case, parted, asked, rehearsed)
     promised = promises(Ledger(found.balances), parted, asked_for)
     motion, after = NO_MOTION, found
-    for chosen in parting(promised):
+    for chosen in parting(promised, parted):
         with suppress(InputError):  # steep ground refuses some: then the next best
             ways = motion_named(chosen)
             run = made(ways, lambda told: run_of(case.again(told, noise), asked.recordings))[1]

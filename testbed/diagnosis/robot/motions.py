@@ -148,26 +148,25 @@ def rivals(hypotheses: tuple[tuple[Names, float], ...]) -> tuple[Names, Names] |
 def promises(
     first: Ledger, parted: Mapping[Names, float], rehearsals: Mapping[str, Balances]
 ) -> dict[str, float]:
-    """Motion -> the chance that with it a true one of these sets of effects is told from
-    a false one; `parted`: the sets with their probabilities, `first`: of the recording that could
-    not part them, `rehearsals`: of the believed machine's motions.
+    """Motion -> the chance that with it the true one of these sets of effects is said; `parted`:
+    the sets with their probabilities, `first`: of the recording, or recordings, that could not part
+    them, `rehearsals`: of the believed machine's motions.
     """
     expected = ExpectedEvidence(first, parted)
     return {name: expected.chance(rehearsed) for name, rehearsed in rehearsals.items()}
 
 
-def parting(promised: Mapping[str, float]) -> list[str]:
-    """The motions that promise to part them, the best first: those of a chance of at least WORTH,
-    for of several rivals some may be alike in every motion.
+def parting(promised: Mapping[str, float], parted: Mapping[Names, float]) -> list[str]:
+    """The motions that promise to part these sets, the best first: those with which the true one is
+    said by WORTH more often than if the likeliest were said without any.
     """
-    enough = [name for name, chance in promised.items() if chance >= WORTH]
+    already = max(parted.values(), default=0.0) / (sum(parted.values()) or 1.0)
+    enough = [name for name, chance in promised.items() if chance >= already + WORTH]
     return sorted(enough, key=promised.__getitem__, reverse=True)
 
 
-WORTH = 0.6
-"""Least chance that a motion tells rivals apart for which it is made: as likely as the better of
-two is at most before (CLOSE).
-"""
+WORTH = 0.1
+"""Least gain of the chance that the true set is said for which a motion is made (E)."""
 
 
 def instead_of_a_motion(two: tuple[Names, Names]) -> str:
