@@ -34,6 +34,7 @@ from testbed.diagnosis.robot.probabilities import (
     distribution,
     has_names,
 )
+from testbed.diagnosis.robot.second_effects import foretold_alike
 from testbed.diagnosis.robot.several_recordings import NOTHING, Changes, of_first, together
 from testbed.effects.signature import Change
 
@@ -51,9 +52,10 @@ class ExpectedEvidence:
         self._names = tuple(dict.fromkeys(name for names in rivals for name in names))
         self._first = first.balances
         hypotheses = {names: first.hypothesis(names) for names in rivals}
+        held = [first.held(one) for names, one in hypotheses.items() if names]
         self._not_foretold = {
-            names: one.log_factor - first.held(one).log_factor if names else 0.0
-            for names, one in hypotheses.items()
+            one.names: hypotheses[one.names].log_factor - one.log_factor
+            for one in foretold_alike(first, held)
         }
         self._found = {
             names: tuple(_likely(fitted(first.balances, one))) for names, one in hypotheses.items()
