@@ -290,6 +290,15 @@ def test_what_a_step_away_from_a_sound_machine_costs_counts_in_the_promise() -> 
     assert promises(first, two, nothing)["nothing new"] < 0.6
 
 
+def test_a_recording_that_is_given_twice_would_count_twice(tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "recording.yaml").write_text("format: roboclimber-recording/1\n")
+    again = diagnose.Wanted(also=(tmp_path / "run" / ".." / "run",))
+    with pytest.raises(InputError, match="already"):
+        diagnose._robot(tmp_path / "run", tmp_path / "out", again, print)
+    assert not (tmp_path / "out").exists()
+
+
 def test_where_no_motion_parts_two_it_is_said_what_would() -> None:
     promised = {"rise": 0.62, "press": 0.5}
     assert parting(promised, TWO) == []
