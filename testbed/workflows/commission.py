@@ -74,7 +74,7 @@ def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
     from testbed.recording.robot import read_robot
 
     out = check_answer(out, (".yaml", ".yml"))
-    _check_each_once(recordings)
+    check_each_once(recordings)
     runs = [read_robot(folder) for folder in recordings]
     for run in runs:
         check_duration(run.data["t"], run.file)
@@ -95,8 +95,10 @@ def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
     return result
 
 
-def _check_each_once(recordings: Sequence[Path]) -> None:
-    """Refuse a recording that is given twice: it would count as two witnesses of the same."""
+def check_each_once(recordings: Sequence[Path]) -> None:
+    """Raises InputError where a recording is given twice: it would count as two witnesses of the
+    same.
+    """
     seen: set[Path] = set()
     for folder in recordings:
         if folder.resolve() in seen:

@@ -132,8 +132,9 @@ def _robot(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None])
     from testbed.diagnosis.robot.findings import as_json, summary_rows, write_findings
     from testbed.recording.robot_model import RobotModelFile, read_robot_model
     from testbed.report.robot_diagnosis_page import page
+    from testbed.workflows.commission import check_each_once
 
-    _check_each_once((folder, *wanted.also))
+    check_each_once((folder, *wanted.also))
     runs = _read_runs((folder, *wanted.also))
     before = None
     if wanted.sound is not None:
@@ -154,15 +155,6 @@ def _robot(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None])
             tree["next_motion"] = suggest_motion(found, folder, wanted.suggest, tell)
             write_json(out / FINDINGS, tree)
     return Diagnosed(f"{found.name}: {found.verdict.kind}", tree, summary_rows(found), out / PAGE)
-
-
-def _check_each_once(folders: Sequence[Path]) -> None:
-    """Raises InputError where a recording is to be weighed twice: it would count as two."""
-    known: set[Path] = set()
-    for folder in folders:
-        if folder.resolve() in known:
-            raise InputError("is weighed already", file=folder, field="--also")
-        known.add(folder.resolve())
 
 
 def _read_runs(folders: Iterable[Path]) -> list[RobotRecording]:

@@ -294,7 +294,7 @@ def test_a_recording_that_is_given_twice_would_count_twice(tmp_path: Path) -> No
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "recording.yaml").write_text("format: roboclimber-recording/1\n")
     again = diagnose.Wanted(also=(tmp_path / "run" / ".." / "run",))
-    with pytest.raises(InputError, match="already"):
+    with pytest.raises(InputError, match="twice"):
         diagnose._robot(tmp_path / "run", tmp_path / "out", again, print)
     assert not (tmp_path / "out").exists()
 
