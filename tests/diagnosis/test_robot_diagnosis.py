@@ -141,8 +141,9 @@ SURE = Verdict("effect", cast(Any, None), ((("sensor.gain_a@fl_vertical",), 1.0)
         ({}, True),
         ({"sensor.gain_b@fl_vertical": 0.4}, True),
         ({"sensor.gain_a@fr_vertical": 0.1, "sensor.gain_b@fl_vertical": 0.4}, True),
-        ({"sensor.gain_a@fr_vertical": 0.3}, True),
-        ({"sensor.gain_a@fr_vertical": 0.3, "sensor.gain_a@rl_vertical": 0.3}, False),
+        ({"sensor.gain_a@fr_vertical": 0.15}, True),
+        ({"sensor.gain_a@fr_vertical": 0.25}, False),
+        ({"sensor.gain_a@fr_vertical": 0.15, "sensor.gain_a@rl_vertical": 0.15}, False),
     ],
 )
 def test_forces_are_corrected_where_the_place_of_what_was_found_is_likely(

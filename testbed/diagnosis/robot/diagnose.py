@@ -66,11 +66,15 @@ SAME_PLACE = (
 MAY_BE_SOUND = "a sound machine is likelier than any one set of names: worth a look, not a repair"
 PREDICTS_WORSE = "what was found predicts the kept-back forces worse than refitted tolerances do"
 SIZE_UNKNOWN = "its force is known where this recording went, and may be of any size elsewhere"
-PLACE_IN_DOUBT = "it is not likelier than not that something is wrong at its place"
-LIKELY_PLACE = 0.5
-"""Least probability of a place at which forces are corrected for what was found: more likely than
-not. Chosen after one of 74 finds, a sensor's zero that was called a rope's direction at 0.34, had
-made another motion three times worse; 0.8 would have spared one more, and lost two good ones.
+PLACE_IN_DOUBT = (
+    "that something is wrong at its place is not sure enough for forces to be corrected (below 0.8);"
+    " record another motion and weigh both (--also)"
+)
+LIKELY_PLACE = 0.8
+"""Least probability of a place at which forces are corrected for what was found: a wrong correction
+may do more harm than a right one does good, and a second motion decides. Chosen after a sensor's
+zero, called a shifted centre of mass with 0.76, had made another motion worse by half. Beside a
+recording of that motion it is *unnamed* with 1.00.
 """
 AMBIGUOUS = 3.0
 """Rivals within this of a name, in calibrated log evidence, are reported as ambiguous with it."""
@@ -147,8 +151,8 @@ class RobotDiagnosis:
 
     @property
     def places_are_likely(self) -> bool:
-        """Whether for each effect it is likelier than not that something is wrong at its place,
-        whatever that may be called. If not, they are reported but not put into the model.
+        """Whether for each effect it is likely, by LIKELY_PLACE, that something is wrong at its
+        place, whatever that may be called. If not, they are reported but not put into the model.
         """
         places = {found.place for found in self.found}
         return all(self.verdict.probability_at(place) >= LIKELY_PLACE for place in places)
