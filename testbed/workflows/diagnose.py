@@ -274,12 +274,12 @@ def suggest_motion(
         parted_sets,
         parting,
         promises,
-        rivals,
+        undecided,
     )
     from testbed.formats.yaml_files import yaml_text
     from testbed.scenario.scenario import load_scenario
 
-    two, parted = rivals(found.verdict.hypotheses), parted_sets(found)
+    two, parted = undecided(found), parted_sets(found)
     if two is None:
         return None
     stood = run / "scenario.yaml"

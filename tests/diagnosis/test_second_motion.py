@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from testbed.diagnosis.robot.diagnose import PLACE_IN_DOUBT, PREDICTS_WORSE
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
@@ -319,15 +320,18 @@ def test_sets_that_are_close_are_rivals() -> None:
 
 
 def test_beside_the_likeliest_two_the_next_ones_are_to_be_parted_too() -> None:
-    def said(*hypotheses: Any) -> Any:
+    def said(*hypotheses: Any, not_believed: str = "") -> Any:
         verdict = SimpleNamespace(hypotheses=hypotheses)
-        return SimpleNamespace(verdict=verdict, signs=RobotSigns(()))
+        return SimpleNamespace(verdict=verdict, signs=RobotSigns(()), not_believed=not_believed)
 
     left, right, both = (LEFT,), (RIGHT,), (LEFT, RIGHT)
     more = ((both, 0.1), (NO_NAME, 0.08), ((), 0.06), (("other",), 0.02))
     parted = parted_sets(said((left, 0.5), (right, 0.3), *more))
     assert list(parted.items()) == [(left, 0.5), (right, 0.3), (both, 0.1), ((), 0.06)]
-    assert parted_sets(said((left, 0.9), (right, 0.1))) == {}
+    clear = (left, 0.7), (right, 0.2), (("other",), 0.1)
+    assert parted_sets(said(*clear)) == parted_sets(said((left, 1.0))) == {}
+    assert parted_sets(said(*clear, not_believed=PREDICTS_WORSE)) == {}
+    assert parted_sets(said(*clear, not_believed=PLACE_IN_DOUBT)) == dict(clear)
 
 
 def test_a_motion_of_one_leg_is_for_effects_of_that_leg() -> None:
@@ -413,6 +417,7 @@ def test_a_motion_is_written_only_where_one_parts_the_two(
     found: Any = SimpleNamespace(
         balances=first,
         signs=RobotSigns(()),
+        not_believed="",
         verdict=SimpleNamespace(hypotheses=(((LEFT,), 0.5), ((RIGHT,), 0.4))),
     )
     said: list[str] = []

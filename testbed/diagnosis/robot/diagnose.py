@@ -68,7 +68,7 @@ PREDICTS_WORSE = "what was found predicts the kept-back forces worse than refitt
 SIZE_UNKNOWN = "its force is known where this recording went, and may be of any size elsewhere"
 PLACE_IN_DOUBT = (
     "that something is wrong at its place is not sure enough for forces to be corrected (below 0.8);"
-    " record another motion and weigh both (--also)"
+    " another motion decides (--suggest writes one, --also weighs both)"
 )
 LIKELY_PLACE = 0.8
 """Least probability of a place at which forces are corrected for what was found: a wrong correction

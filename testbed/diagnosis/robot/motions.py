@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from testbed.diagnosis.robot.diagnose import RobotDiagnosis
+from testbed.diagnosis.robot.diagnose import PLACE_IN_DOUBT, RobotDiagnosis
 from testbed.diagnosis.robot.expected_evidence import ExpectedEvidence
 from testbed.diagnosis.robot.groups import Balances
 from testbed.diagnosis.robot.hypotheses import Ledger
@@ -121,7 +121,7 @@ def parted_sets(found: RobotDiagnosis) -> dict[Names, float]:
     none, for a motion that shows a name's effect need not part it from that.
     """
     hypotheses = found.verdict.hypotheses
-    two = rivals(hypotheses)
+    two = undecided(found)
     if two is None:
         return {}
     more = [names for names, p in hypotheses[2:] if p >= LIKELY and names != NO_NAME]
@@ -136,6 +136,16 @@ LIKELY, MOST = 0.05, 4
 """Least probability of a set beside the two likeliest that a motion is to part as well, and so many
 sets at most.
 """
+
+
+def undecided(found: RobotDiagnosis) -> tuple[Names, Names] | None:
+    """The two likeliest sets of a diagnosis, best first, where it cannot decide between them, or
+    where the place of what it names is not sure enough for forces to be corrected; else None.
+    """
+    hypotheses = found.verdict.hypotheses
+    if found.not_believed == PLACE_IN_DOUBT and len(hypotheses) > 1:
+        return hypotheses[0][0], hypotheses[1][0]
+    return rivals(hypotheses)
 
 
 def rivals(hypotheses: tuple[tuple[Names, float], ...]) -> tuple[Names, Names] | None:
