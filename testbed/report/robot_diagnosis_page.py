@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from testbed.diagnosis.robot.diagnose import LEARNT_SHARE, RobotDiagnosis
-from testbed.diagnosis.robot.findings import as_json, not_recalled, spoken
+from testbed.diagnosis.robot.diagnose import RobotDiagnosis
+from testbed.diagnosis.robot.findings import as_json, in_the_model, not_recalled, spoken
 from testbed.diagnosis.robot.groups import FORCES, GROUND, LINE, ROPES
+from testbed.diagnosis.robot.kept_back_part import LEARNT_SHARE
 from testbed.effects import by_name
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
@@ -37,6 +38,7 @@ def contents(diagnosis: RobotDiagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict.kind,
         "headline": headline(diagnosis),
         "not_believed": found.get("not_believed", ""),
+        "in_the_model": in_the_model(diagnosis),
         "beyond": diagnosis.beyond,
         "not_recalled": not_recalled(diagnosis),
         "effects": [effect | {"text": by_name(effect["name"]).text} for effect in found["effects"]],

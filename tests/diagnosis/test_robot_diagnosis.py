@@ -5,6 +5,7 @@ file believes it.
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -28,10 +29,10 @@ from testbed.diagnosis.robot.diagnose import (
     Verdict,
     beyond_what_was_tried,
     check_duration,
-    surely_more,
 )
 from testbed.diagnosis.robot.findings import as_json, models, summary_rows
 from testbed.diagnosis.robot.groups import FORCES
+from testbed.diagnosis.robot.kept_back_part import surely_more
 from testbed.diagnosis.robot.motion_kinds import DRILL, SWAY, WALK
 from testbed.diagnosis.robot.parameters import Found
 from testbed.diagnosis.robot.probabilities import (
@@ -158,6 +159,24 @@ def test_forces_are_corrected_where_the_place_of_what_was_found_is_likely(
     said = RobotDiagnosis("run", nothing, nothing, told, (found,), errors, {})
     assert len(models(said, RobotModelFile())["after"].effects) == believed
     assert as_json(said).get("not_believed") == (None if believed else PLACE_IN_DOUBT)
+
+
+def test_of_two_effects_the_one_that_is_sure_is_believed_by_itself() -> None:
+    gain = Found("sensor.gain_a", "fl_vertical", {"gain_error": Parameter(value=0.1, unit="1")})
+    alone = replace(gain, parameters={"gain_error": Parameter(value=0.12, unit="1")})
+    rope = Found("rope.stiffness", "rope", {"factor": Parameter(value=0.6, unit="1")})
+    errors = {FORCES: {"before": 1.0, "refit": 1.0, "after": 0.9}}
+    nothing: Any = None
+    both = (gain.name, rope.name)
+    for doubt, believed in ((0.25, (alone,)), (0.1, (gain, rope))):
+        told = Verdict("effect", nothing, ((both, 1.0 - doubt), ((gain.name,), doubt)), {})
+        said = RobotDiagnosis(
+            "run", nothing, nothing, told, (gain, rope), errors, {}, without_doubts=(alone,)
+        )
+        assert said.believed == believed and said.place_is_likely(rope) == (doubt < 0.2)
+        (effect, *_) = models(said, RobotModelFile())["after"].effects
+        assert effect.parameters["gain_error"].value == (0.12 if doubt > 0.2 else 0.1)
+        assert [e["believed"] for e in as_json(said)["effects"]] == [True, doubt < 0.2]
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot.diagnose import PLACE_IN_DOUBT, PREDICTS_WORSE
+from testbed.diagnosis.robot.diagnose import (
+    PLACE_IN_DOUBT,
+    PREDICTS_WORSE,
+    RobotDiagnosis,
+    Verdict,
+    _without_doubts,
+)
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.groups import Balances, Candidate
+from testbed.diagnosis.robot.groups import FORCES, Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Ledger
 from testbed.diagnosis.robot.motion_kinds import SECOND, SWAY
 from testbed.diagnosis.robot.motions import (
@@ -29,6 +35,7 @@ from testbed.diagnosis.robot.motions import (
     promises,
     rivals,
 )
+from testbed.diagnosis.robot.parameters import Doubt, found_in
 from testbed.diagnosis.robot.probabilities import NO_NAME, RobotSigns, calibration, distribution
 from testbed.diagnosis.robot.second_effects import explained, foretold_alike, shown_by_both
 from testbed.diagnosis.robot.several_recordings import APART_S, Changes, together
@@ -317,6 +324,27 @@ def test_sets_that_are_close_are_rivals() -> None:
     close: Any = (((LEFT,), 0.5), ((RIGHT,), 0.4), ((), 0.1))
     clear: Any = (((LEFT,), 0.41 + CLOSE), ((), 0.4))
     assert rivals(close) == ((LEFT,), (RIGHT,)) and rivals(clear) is None
+
+
+def test_what_is_sure_of_two_effects_has_its_own_numbers_in_the_model() -> None:
+    """Both make nearly the same: beside the right one, which is in doubt, the left one has less."""
+    left, right = course(1), course(1) + 0.3 * course(2)
+    balances = recording(left, right, 0.15 * (left + right))
+    ledger, both, signs = Ledger(balances), (LEFT, RIGHT), RobotSigns(())
+    together_, alone = (ledger.hypothesis(names) for names in (both, (LEFT,)))
+    sets = ((both, 0.7), ((LEFT,), 0.3))
+    verdict = Verdict("effect", together_, sets, {})
+    found = found_in(balances, together_, Doubt.shipped())
+    errors = {FORCES: {"before": 1.0, "refit": 1.0, "after": 0.5}}
+    said = RobotDiagnosis("run", balances, signs, verdict, found, errors, {})
+    (sure,) = _without_doubts(said, ledger)
+    assert sure.name == LEFT
+    gain = sure.parameters["gain_error"].value
+    assert gain > 1.1 * found[0].parameters["gain_error"].value > 0.0
+    assert sure.parameters == found_in(balances, alone, Doubt.shipped())[0].parameters
+    assert (
+        _without_doubts(replace(said, verdict=replace(verdict, hypotheses=sets[:1])), ledger) == ()
+    )
 
 
 def test_beside_the_likeliest_two_the_next_ones_are_to_be_parted_too() -> None:

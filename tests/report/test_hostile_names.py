@@ -137,6 +137,7 @@ def test_the_pages_of_the_diagnosis(word: str) -> None:
         "verdict": word,
         "headline": word,
         "not_believed": word,
+        "in_the_model": word,
         "effects": [effect],
         "left_out": [{"name": word, "reason": word}],
     }

@@ -9,7 +9,6 @@ effect also has to predict the part of the recording that was kept back.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,9 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import BIN_S, SETTLING_S
-from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.groups import FORCES, GROUND, Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
+from testbed.diagnosis.robot.kept_back_part import added_each_second, kept_back_errors, predicts
 from testbed.diagnosis.robot.motion_kinds import motion_kinds
 from testbed.diagnosis.robot.naming import failed_names, without
 from testbed.diagnosis.robot.nonlinear_fit import weighed_by_law
@@ -41,19 +40,9 @@ from testbed.effects.signature import Signature
 from testbed.errors import InputError
 
 Array = npt.NDArray[np.float64]
-LEARNT_SHARE = 0.65
-"""Share of a run that is learnt from; the rest is kept back and predicted."""
 SHORTEST_S = SETTLING_S + 40 * BIN_S
 LONGEST_S = 150.0
 """Of what is weighed together: bins share their noise, whose covariance takes 7 GB for so long."""
-ALIKE = 1.02
-"""Two errors on the kept-back forces whose ratio is below this count as equal, as for single legs
-(E).
-"""
-HARDLY_WORSE = 0.05
-"""What effects add to the error of the kept-back forces (root of the difference of squares) is
-little below this share of what the machine as believed misses there (E).
-"""
 NO_ROPES = (
     "no rope pulls; probabilities were fitted on machines that hang on theirs, and of nine sound"
     " ones that swayed on level ground without any four were given an effect"
@@ -135,6 +124,10 @@ class RobotDiagnosis:
     """By how much the effects add to the mean square error of the kept-back forces beside what the
     tolerances of a sound machine leave, second by second.
     """
+    without_doubts: tuple[Found, ...] = ()
+    """Of several effects of which some are in doubt, by their place or size: the others, with the
+    numbers that they have by themselves, where these predict the kept-back forces.
+    """
 
     @property
     def predicts_forces(self) -> bool:
@@ -143,41 +136,29 @@ class RobotDiagnosis:
         not surely worse, by how much its seconds differ. If not, they are reported but not put into
         the model.
         """
-        force = self.errors[FORCES]
-        added = force["after"] ** 2 - force["refit"] ** 2
-        little = added <= (HARDLY_WORSE * force["before"]) ** 2
-        alike = force["after"] <= force["refit"] * ALIKE
-        return little or alike or not surely_more(self.added_n2)
+        return predicts(self.errors[FORCES], self.added_n2)
 
-    @property
-    def places_are_likely(self) -> bool:
-        """Whether for each effect it is likely, by LIKELY_PLACE, that something is wrong at its
-        place, whatever that may be called. If not, they are reported but not put into the model.
+    def place_is_likely(self, one: Found) -> bool:
+        """Whether it is likely, by LIKELY_PLACE, that something is wrong at the place of what was
+        found, whatever that may be called.
         """
-        places = {found.place for found in self.found}
-        return all(self.verdict.probability_at(place) >= LIKELY_PLACE for place in places)
+        return self.verdict.probability_at(one.place) >= LIKELY_PLACE
 
     @property
     def not_believed(self) -> str:
-        """Why what was found is not put into the model, in words; empty where it is."""
+        """Why what was found is not put into the model, or not all of it; empty where it is."""
         if not self.predicts_forces:
             return PREDICTS_WORSE
         if any(found.may_be_nothing for found in self.found):
             return SIZE_UNKNOWN
-        return "" if self.places_are_likely else PLACE_IN_DOUBT
+        return "" if all(map(self.place_is_likely, self.found)) else PLACE_IN_DOUBT
 
-
-def surely_more(added: Array) -> bool:
-    """Whether numbers (k,) of which each comes from a second of its own are more than nothing in
-    the mean, with 95 %; of too few nobody knows, and they count.
-    """
-    if len(added) < FEWEST_S:
-        return True
-    return float(np.mean(added)) > SURE * float(np.std(added, ddof=1)) / math.sqrt(len(added))
-
-
-FEWEST_S, SURE = 4, 1.645
-"""Fewest seconds that tell a spread, and how many of its deviations are sure with 95 % (E)."""
+    @property
+    def believed(self) -> tuple[Found, ...]:
+        """What is put into the model: all that was found, or what is left without what is in
+        doubt.
+        """
+        return self.without_doubts if self.not_believed else self.found
 
 
 def check_duration(time_s: Array, file: Path) -> float:
@@ -234,19 +215,37 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
         verdict = _verdict(ledger, tried, weights, failed)
         found = found_in(balances, verdict.chosen, Doubt.shipped())
     unnamed = [h for h in tried if not has_names(h.names)]
-    return RobotDiagnosis(
+    signatures = _scaled(balances, verdict.chosen)
+    said = RobotDiagnosis(
         name=name,
         balances=balances,
         signs=signs,
         verdict=verdict,
         found=found,
-        errors={key: _errors(balances, verdict.chosen, key) for key in balances.raw},
+        errors={key: kept_back_errors(group, signatures) for key, group in balances.raw.items()},
         left_out=_left_out(ledger),
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
         beyond="; ".join(_doubts(ledger, verdict)),
         not_recalled=balances.not_recalled(),
-        added_n2=_added_each_second(balances, verdict.chosen),
+        added_n2=added_each_second(balances.raw[FORCES], signatures),
     )
+    return replace(said, without_doubts=_without_doubts(said, ledger))
+
+
+def _without_doubts(said: RobotDiagnosis, ledger: Ledger) -> tuple[Found, ...]:
+    """See RobotDiagnosis."""
+    sure = [f.name for f in said.found if said.place_is_likely(f) and not f.may_be_nothing]
+    if len(sure) in (0, len(said.found)):
+        return ()
+    balances, chosen = said.balances, ledger.hypothesis(tuple(sure))
+    signatures, forces = _scaled(balances, chosen), balances.raw[FORCES]
+    alone = replace(
+        said,
+        found=found_in(balances, chosen, Doubt.shipped()),
+        errors={FORCES: kept_back_errors(forces, signatures)},
+        added_n2=added_each_second(forces, signatures),
+    )
+    return () if alone.not_believed else alone.found
 
 
 def _doubts(ledger: Ledger, verdict: Verdict) -> Iterator[str]:
@@ -333,36 +332,9 @@ def _ambiguous(chosen: Hypothesis, tried: Sequence[Hypothesis]) -> dict[str, tup
     return out
 
 
-def _errors(balances: Balances, chosen: Hypothesis, key: str) -> dict[str, float]:
-    """RMS residual of a group on the part that was kept back: as believed, with the tolerances
-    refitted, and with the effects as well.
-    """
-    group = balances.raw[key]
-    kept = group.time_s >= _until(group)
-    refit, after = group.unpredicted(_until(group), _scaled(balances, chosen.names))
-    before = group.size(group.missing[kept], kept)
-    return {"before": before, "refit": refit, "after": after}
-
-
-def _added_each_second(balances: Balances, chosen: Hypothesis) -> Array:
-    """See RobotDiagnosis.added_n2."""
-    group = balances.raw[FORCES]
-    until = _until(group)
-    alone, beside = group.left_unpredicted(until, _scaled(balances, chosen.names))
-    time = group.time_s[group.time_s >= until]
-    second = np.unique((time - time.min()) // 1.0, return_inverse=True)[1]
-    return np.bincount(second, beside**2 - alone**2) / np.bincount(second)
-
-
-def _scaled(balances: Balances, names: Sequence[str]) -> list[Signature]:
+def _scaled(balances: Balances, chosen: Hypothesis) -> list[Signature]:
     """Signatures of a set, scaled to a prior standard deviation of 1 for each number."""
     return [
         {n: change.times(s) for (n, change), s in zip(c.signature.items(), c.spreads, strict=True)}
-        for c in (balances.candidates[name] for name in names)
+        for c in (balances.candidates[name] for name in chosen.names)
     ]
-
-
-def _until(group: RawGroup) -> float:
-    """Start of the part that is kept back, s."""
-    first, last = float(group.time_s.min()), float(group.time_s.max())
-    return first + LEARNT_SHARE * (last - first)

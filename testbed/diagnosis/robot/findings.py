@@ -65,6 +65,7 @@ def _effect(d: RobotDiagnosis, found: Found) -> dict[str, Any]:
         "name": found.kind,
         "place": found.place,
         "probability": d.verdict.probability(found.name),
+        "believed": found.name in {believed.name for believed in d.believed},
         "ambiguous_with": list(d.verdict.ambiguous.get(found.name, ())),
         "parameters": {
             key: {"value": p.value, "unit": p.unit, "interval90": list(p.interval90 or ())}
@@ -76,12 +77,11 @@ def _effect(d: RobotDiagnosis, found: Found) -> dict[str, Any]:
 
 def models(d: RobotDiagnosis, believed: RobotModelFile) -> dict[str, RobotModelFile]:
     """`before`, `refit` and `after`: what was believed, and that with what was found, unless its
-    place is in doubt or forces that were kept back are predicted worse with it. Of a robot nothing
-    is refitted that all machines share: its numbers are commissioning's.
+    place or size is in doubt or forces that were kept back are predicted worse with it. Of a robot
+    nothing is refitted that all machines share: its numbers are commissioning's.
     """
-    found = () if d.not_believed else d.found
     new = tuple(
-        PlacedEffect(name=f.kind, place=f.place, parameters=dict(f.parameters)) for f in found
+        PlacedEffect(name=f.kind, place=f.place, parameters=dict(f.parameters)) for f in d.believed
     )
     after = believed.model_copy(update={"effects": (*believed.effects, *new)})
     return {"before": believed, "refit": believed, "after": after}
@@ -121,8 +121,13 @@ def summary_rows(d: RobotDiagnosis) -> tuple[list[str], list[list[str]]]:
     if d.not_recalled:
         rows.append(["earlier recording", not_recalled(d), NOT_RECALLED])
     if d.found and d.not_believed:
-        rows.append(["model.yaml", "as before", d.not_believed])
+        rows.append(["model.yaml", in_the_model(d), d.not_believed])
     return ["what", "value", "remark"], rows
+
+
+def in_the_model(d: RobotDiagnosis) -> str:
+    """What `model.yaml` has of what was found, in words."""
+    return " and ".join(f"{spoken(f.name)} alone" for f in d.believed) or "as before"
 
 
 def not_recalled(d: RobotDiagnosis) -> str:
