@@ -121,16 +121,22 @@ def test_scores_count_names_places_intervals_and_what_is_closed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "told", "worse", "harmed"),
-    [(300.0, 320.0, 330.0, 1, 0), (300.0, 320.0, 300.0, 1, 1), (300.0, 310.0, 200.0, 0, 0)],
+    ("before", "after", "told", "worse", "harmed", "truly"),
+    [
+        (300.0, 320.0, 330.0, 1, 0, 1),
+        (300.0, 320.0, 300.0, 1, 1, 0),
+        (300.0, 310.0, 200.0, 0, 0, 0),
+        (300.0, 300.0, 320.0, 0, 0, 1),
+    ],
 )
 def test_what_the_truth_makes_worse_is_told_apart_from_harm(
-    before: float, after: float, told: float, worse: int, harmed: int
+    before: float, after: float, told: float, worse: int, harmed: int, truly: int
 ) -> None:
     closed = {"before": before, "after": after, "told": told, "sound": 100.0}
     found = scores([run_trial(1, GAIN, GAIN, 90.0) | {"closed": closed}])
     assert found["made_worse"]["share"] == worse
     assert found["made_worse_than_by_the_truth"]["share"] == harmed
+    assert found["made_worse_by_the_truth"]["share"] == truly
 
 
 SURE = Verdict("effect", cast(Any, None), ((("sensor.gain_a@fl_vertical",), 1.0),), {})

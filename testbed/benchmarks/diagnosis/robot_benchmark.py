@@ -83,9 +83,8 @@ def _marks(found: Mapping[str, Any], given: str) -> Table:
         "effects outside the list: given no name": found["outside_not_named"],
         "90 % intervals of parameters hold the truth": found["intervals"],
         "another motion is estimated worse by more than 5 %": found["made_worse"],
-        "... and than by what is hidden, believed to the number": found[
-            "made_worse_than_by_the_truth"
-        ],
+        "... by what is hidden, believed to the number": found["made_worse_by_the_truth"],
+        "... than as believed and than by what is hidden": found["made_worse_than_by_the_truth"],
     }
     rows = [
         [what, f"{r['share']:.1%}", str(r["of"]), f"{r['low95']:.1%} to {r['high95']:.1%}"]

@@ -29,7 +29,7 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
     sure = [t for t in trials if t["names"] and _stated(t) >= SURE]
     shares = [share for t in seen if (share := closed_share(t)) is not None]
     closable = [share for t in seen if (share := closed_share(t, "told")) is not None]
-    ratios = [t["closed"]["after"] / t["closed"]["before"] for t in trials if t["closed"]]
+    closed = [t["closed"] for t in trials if t["closed"]]
     return {
         "runs": len(trials),
         "seeds": [min(t["seed"] for t in trials), max(t["seed"] for t in trials)],
@@ -50,8 +50,9 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
         "second": second_motion([t for t in trials if t["second"]]),
         "closed_share": quantiles(shares) | {"of": len(shares)},
         "closed_of_closable": quantiles(closable) | {"of": len(closable)},
-        "made_worse": rate([ratio > WORSE for ratio in ratios]),
-        "made_worse_than_by_the_truth": rate([_harms(t["closed"]) for t in trials if t["closed"]]),
+        "made_worse": rate([c["after"] > WORSE * c["before"] for c in closed]),
+        "made_worse_by_the_truth": rate([c["told"] > WORSE * c["before"] for c in closed]),
+        "made_worse_than_by_the_truth": rate([_harms(c) for c in closed]),
         "seconds": quantiles([t["seconds"] for t in trials]),
         "calibration": calibration(trials),
         "confusion": confusion([_asked(t) for t in trials]),
