@@ -56,8 +56,8 @@ MAY_BE_SOUND = "a sound machine is likelier than any one set of names: worth a l
 PREDICTS_WORSE = "what was found predicts the kept-back forces worse than refitted tolerances do"
 SIZE_UNKNOWN = "its force is known where this recording went, and may be of any size elsewhere"
 PLACE_IN_DOUBT = (
-    "that something is wrong at its place is not sure enough for forces to be corrected (below 0.8);"
-    " another motion decides (--suggest writes one, --also weighs both)"
+    "it is not sure enough that something is wrong at its place (below 0.8): another motion decides"
+    " (--suggest writes one, --also weighs both)"
 )
 LIKELY_PLACE = 0.8
 """Least probability of a place at which forces are corrected for what was found: a wrong correction
