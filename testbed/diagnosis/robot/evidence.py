@@ -78,6 +78,10 @@ class RawGroup:
     """(rows, rows) `root`, where it has been found."""
     alike: Mapping[str, int] = field(default_factory=dict)
     """Numbers that other groups of the machine have as well -> their columns of `tolerated`."""
+    changing: Mapping[int, float] = field(default_factory=dict)
+    """Columns of `tolerated` whose number is another one in each recording of a machine -> by how
+    many of its standard deviations it changes between two.
+    """
     told: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Of those that others told something about: mean and standard deviation, instead of 0 and
     1.
@@ -130,6 +134,8 @@ class RawGroup:
         mean, left = sound.tolerances_shown()
         before = np.diag(sound._prior()[1] ** 2)
         known_to = left + (RECALLED if recalled is None else recalled) ** 2 * (before - left)
+        for number, change in self.changing.items():
+            known_to[number, number] += change**2
         return replace(
             self,
             missing=self.missing - self.tolerated @ mean,

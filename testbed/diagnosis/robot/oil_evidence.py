@@ -47,6 +47,10 @@ SPOOL_OFF = 0.002
 """The spool's place is known to this share of its travel: play, amplifier (E)."""
 HOSE_M3_PA = 3.0e-13
 """What hoses of any machine may take up, by each time in which they fill (E)."""
+AIR_CHANGES = 0.5
+"""From one recording to another a cylinder's air changes by this share of a workshop's standard
+deviation (E): a fifth of what is usual comes or goes by its return line, its bleeding and rest.
+"""
 SOUND_LEAK_M3_S_PA = 1.0e-13
 """What passes the piston of a sound seal: 3e-14 to 2e-13 (D)."""
 
@@ -127,7 +131,9 @@ def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
     own = [(c, sd) for c, sd in tolerated(oil, axis, machine.scale) if sd > 0.0]
     of_all = [one for one in of_oil(oil, axis, machine.scale) if one[-1] > 0.0]
     columns = [sd * c.T.ravel() for c, sd in (*own, *((c, sd) for _, c, sd in of_all))]
-    alike = {number: len(own) + k for k, (number, *_) in enumerate(of_all) if is_alike(number)}
+    of_oil_at = {number: len(own) + k for k, (number, *_) in enumerate(of_all)}
+    alike = {number: k for number, k in of_oil_at.items() if is_alike(number)}
+    air = of_oil_at.get("entrained_air")
     crosses_s = PLAY_S * machine.scale.times("s")
     playing = swept(oil.swept_m2, played(oil.play_m, time_s, crosses_s))
     return RawGroup(
@@ -137,6 +143,7 @@ def group_of(oil: Oil, i: int, machine: Machine, time_s: Array) -> RawGroup:
         lasting=playing,
         tolerated=np.column_stack(columns),
         alike=alike,
+        changing={} if air is None else {air: AIR_CHANGES},
         rows_of=lambda change: change.oil.get(i, nothing).T.ravel(),
     )
 
