@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
+import numpy.typing as npt
 
 from testbed.compiled import njit
 from testbed.effects.base import Effect
@@ -11,6 +14,7 @@ from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import FlowTerms, Hidden, Observed, Signals, Values
 from testbed.formats.arrays import Array
 from testbed.machine.names import AXES
+from testbed.machine.scale import Scale
 
 
 @njit
@@ -45,6 +49,12 @@ TIMES_S = (0.05, 0.3, 1.0)
 SOUND_SHARE, SOUND_COST = 0.01, 1.0e3
 """Of the supply pressure by so much any regulated pump gives way at the valve's rated flow (E), and
 what a droop costs that gives way by next to nothing."""
+
+
+LEAST_DROOP = 1.0 / 3.0
+"""A whole robot's supply that gives way by less than this share of what is usual is none that
+anybody would look for: its devices, whose flow nobody measures, make as much of it (E).
+"""
 
 
 class Droop(Effect):
@@ -110,6 +120,12 @@ class Droop(Effect):
             f"droop {index}": Change(supply=seen.supply_by_droop[:, index])
             for index in range(len(TIMES_S))
         }
+
+    def possible(self, numbers: Mapping[str, Array], scale: Scale) -> npt.NDArray[np.bool_]:
+        """All droops together are worth looking for."""
+        whole = np.sum(list(numbers.values()), axis=0)
+        least = LEAST_DROOP * self.usual * self.grows("droop", scale)
+        return np.asarray(whole >= least)
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """All droops together, with their mean time."""
