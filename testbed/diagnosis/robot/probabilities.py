@@ -270,9 +270,9 @@ def leading(weights: Mapping[Names, float], lapse: float = 0.0) -> Names:
 
 WORTH_A_LOOK = 0.5
 """A set of effects is named from this probability on, as a share of a sound machine's: to miss one
-costs a machine more than to look after one in vain (E). On 275 runs any share from 0.25 to 0.6 named
-as many of 116 visible effects rightly; 0.4 to 0.6 left 104 of 109 sound machines alone without an
-earlier recording, 0.25 left 102.
+costs a machine more than to look after one in vain (E). On 275 runs any share from 0.25 to 0.6
+named as many of 116 visible effects rightly; 0.4 to 0.6 left 104 of 109 sound machines alone
+without an earlier recording, 0.25 left 102.
 """
 
 
