@@ -14,9 +14,11 @@ from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
 from testbed.diagnosis.robot.hauling import ROPE_M, Hauling, hauling_of
 from testbed.diagnosis.robot.oil import Oil, oil_of
 from testbed.diagnosis.robot.supply import RETURNED, RETURNED_SD, Supply, supply_of
+from testbed.effects import by_name
 from testbed.machine.build import build_machine
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES
+from testbed.machine.scale import ROBOCLIMBER
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
@@ -231,3 +233,16 @@ def test_devices_that_go_back_less_often_than_is_taken_are_no_supply_that_gives_
     supply = robot.supply(robot.drawn + 0.1 * robot.back)
     assert supply.missing.min() < -0.1e6
     assert supply.by_droop.min() >= 0.0
+
+
+@pytest.mark.parametrize(("share", "is_one"), [(0.2, False), (0.5, True), (3.0, True)])
+def test_a_supply_that_hardly_gives_way_is_no_droop_in_whatever_times_it_does(
+    share: float, is_one: bool
+) -> None:
+    droop = by_name("supply.droop")
+    parts = share * droop.spread("droop 0") * np.array([[0.3, -0.2, 0.9], [1.0, 0.0, 0.0]])
+    numbers = {f"droop {k}": parts[:, k] for k in range(3)}
+    assert (droop.possible(numbers, ROBOCLIMBER) == is_one).all()
+    linear = {name: float(values[0]) for name, values in numbers.items()}
+    size = droop.from_linear(linear, None, "supply")["droop"]  # type: ignore[arg-type]
+    assert size == pytest.approx(share * droop.usual)
