@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
+from testbed.compiled import njit
 from testbed.diagnosis.leg.noise import white_noise
 from testbed.effects.terms import Signals
 from testbed.estimation.leg.flow import smoothed_opening
@@ -81,14 +82,7 @@ class Series:
 
     def binned(self, values: Array, mask: Mask) -> tuple[Array, Array]:
         """(mean over the masked samples of each bin, number of them), each of shape (bins,)."""
-        samples = self.bins * BIN
-        # Strided sums: numpy's reduction over a last axis of three is several times slower.
-        masked, counted = values[:samples] * mask[:samples], mask[:samples].astype(np.float64)
-        total, count = masked[0:samples:BIN].copy(), counted[0:samples:BIN].copy()
-        for index in range(1, BIN):
-            total += masked[index:samples:BIN]
-            count += counted[index:samples:BIN]
-        return total / np.maximum(count, 1.0), count
+        return _binned(values, mask, self.bins)
 
     def encoder_noise_n(self) -> Array:
         """What the encoder's steps alone do to the force of each bin: local root mean square, N,
@@ -111,6 +105,19 @@ class Series:
     def _local(self, values: Array) -> Array:
         per_second = self.signals.rate_hz / BIN
         return np.sqrt(np.maximum(smooth(values**2, 0.06 * per_second), 0.0))
+
+
+@njit
+def _binned(values: Array, mask: Mask, bins: int) -> tuple[Array, Array]:
+    """See Series.binned."""
+    mean, count = np.zeros(bins), np.zeros(bins)
+    for index in range(bins):
+        for sample in range(index * BIN, (index + 1) * BIN):
+            if mask[sample]:
+                mean[index] += values[sample]
+                count[index] += 1.0
+        mean[index] /= max(count[index], 1.0)
+    return mean, count
 
 
 def smoothing_s(rate_hz: float) -> float:

@@ -22,7 +22,7 @@ from testbed.effects.leakage_internal import flow_m3_s as leak_m3_s
 from testbed.effects.supply_droop import drooping_pa
 from testbed.effects.terms import FlowTerms, Signals
 from testbed.effects.valve_deadband import opening
-from testbed.estimation.leg.motion import slope, smooth
+from testbed.estimation.leg.motion import later, slope, smooth
 from testbed.formats.arrays import Array
 from testbed.laws.holding import NO_HOLDING, outlet_share
 from testbed.recording.known import HOLDINGS, Circuit, Known
@@ -133,9 +133,7 @@ def followed(open_: Array, late_s: float, rate_hz: float) -> Array:
     """The opening (n,) of edges that follow so much later."""
     if not late_s:
         return open_
-    from scipy.ndimage import shift
-
-    return np.asarray(shift(open_, late_s * rate_hz, order=3, mode="nearest"))
+    return later(open_, late_s * rate_hz)
 
 
 def flow_balance(
