@@ -167,7 +167,7 @@ def test_a_commissioning_that_was_killed_goes_on_to_the_same_bits(tmp_path: Path
 def test_a_short_soak_finds_nothing_wrong() -> None:
     """Of every kind but those that take minutes; 0.005 h of drilling are 18 s."""
     only = tuple(kind for kind in KINDS if kind not in ("killed training", "killed commissioning"))
-    soak = Soak(trials=2, hours=0.005, only=(*only, "random actions", "hours of drilling"))
+    soak = Soak(trials=1, hours=0.005, only=(*only, "random actions", "hours of drilling"))
     assert soak.summarise(answers(soak))["wrong"] == {}
 
 
