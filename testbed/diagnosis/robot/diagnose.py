@@ -19,7 +19,7 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.bins import BIN_S, SETTLING_S
 from testbed.diagnosis.robot.groups import FORCES, GROUND, Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
-from testbed.diagnosis.robot.kept_back_part import added_each_second, kept_back_errors, predicts
+from testbed.diagnosis.robot.kept_back_part import kept_back, predicts
 from testbed.diagnosis.robot.motion_kinds import motion_kinds
 from testbed.diagnosis.robot.naming import failed_names, without
 from testbed.diagnosis.robot.nonlinear_fit import weighed_by_law
@@ -216,18 +216,19 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
         found = found_in(balances, verdict.chosen, Doubt.shipped())
     unnamed = [h for h in tried if not has_names(h.names)]
     signatures = _scaled(balances, verdict.chosen)
+    kept = {key: kept_back(group, signatures) for key, group in balances.raw.items()}
     said = RobotDiagnosis(
         name=name,
         balances=balances,
         signs=signs,
         verdict=verdict,
         found=found,
-        errors={key: kept_back_errors(group, signatures) for key, group in balances.raw.items()},
+        errors={key: one.errors for key, one in kept.items()},
         left_out=_left_out(ledger),
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
         beyond="; ".join(_doubts(ledger, verdict)),
         not_recalled=balances.not_recalled(),
-        added_n2=added_each_second(balances.raw[FORCES], signatures),
+        added_n2=kept[FORCES].added_each_second,
     )
     return replace(said, without_doubts=_without_doubts(said, ledger))
 
@@ -238,12 +239,12 @@ def _without_doubts(said: RobotDiagnosis, ledger: Ledger) -> tuple[Found, ...]:
     if len(sure) in (0, len(said.found)):
         return ()
     balances, chosen = said.balances, ledger.hypothesis(tuple(sure))
-    signatures, forces = _scaled(balances, chosen), balances.raw[FORCES]
+    kept = kept_back(balances.raw[FORCES], _scaled(balances, chosen))
     alone = replace(
         said,
         found=found_in(balances, chosen, Doubt.shipped()),
-        errors={FORCES: kept_back_errors(forces, signatures)},
-        added_n2=added_each_second(forces, signatures),
+        errors={FORCES: kept.errors},
+        added_n2=kept.added_each_second,
     )
     return () if alone.not_believed else alone.found
 

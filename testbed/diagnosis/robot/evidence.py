@@ -211,14 +211,6 @@ class RawGroup:
         whole = self.noise + self.tolerated @ self.tolerated.T
         return np.asarray(np.linalg.cholesky(whole), dtype=np.float64)
 
-    def unpredicted(self, until_s: float, signatures: Sequence[Signature]) -> tuple[float, float]:
-        """RMS of `left_unpredicted` of both."""
-        kept = self.time_s >= until_s
-        alone, beside = (
-            self.size(rest, kept) for rest in self.left_unpredicted(until_s, signatures)
-        )
-        return alone, beside
-
     def left_unpredicted(self, until_s: float, signatures: Sequence[Signature]) -> list[Array]:
         """What is missing after `until_s`, predicted from what is before by a sound machine's
         tolerances alone, and with these effects beside them (their numbers free).

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,25 +28,38 @@ FEWEST_S, SURE = 4, 1.645
 """Fewest seconds that tell a spread, and how many of its deviations are sure with 95 % (E)."""
 
 
-def kept_back_errors(group: RawGroup, effects: Sequence[Signature]) -> dict[str, float]:
-    """RMS residual of a group on the part that was kept back: as believed, with the tolerances
-    refitted, and with the effects as well, whose signatures are scaled to a prior of 1.
+@dataclass(frozen=True, eq=False)
+class KeptBack:
+    """How well a group's kept-back part is predicted, with effects and without."""
+
+    errors: Mapping[str, float]
+    """RMS residual as believed (`before`), with the tolerances refitted (`refit`), and with the
+    effects as well (`after`).
     """
-    kept = group.time_s >= _until(group)
-    refit, after = group.unpredicted(_until(group), effects)
-    before = group.size(group.missing[kept], kept)
-    return {"before": before, "refit": refit, "after": after}
+    added_each_second: Array
+    """By how much the effects add to the mean square error beside what the tolerances of a sound
+    machine leave, second by second.
+    """
 
 
-def added_each_second(group: RawGroup, effects: Sequence[Signature]) -> Array:
-    """By how much effects add to the mean square error of the part that was kept back beside what
-    the tolerances of a sound machine leave, second by second.
+def kept_back(group: RawGroup, effects: Sequence[Signature]) -> KeptBack:
+    """How well a group's kept-back part is predicted by effects, whose signatures are scaled to a
+    prior of 1.
     """
     until = _until(group)
+    kept = group.time_s >= until
     alone, beside = group.left_unpredicted(until, effects)
-    time = group.time_s[group.time_s >= until]
+    errors = {
+        stage: group.size(rest, kept)
+        for stage, rest in (
+            ("before", group.missing[kept]),
+            ("refit", alone),
+            ("after", beside),
+        )
+    }
+    time = group.time_s[kept]
     second = np.unique((time - time.min()) // 1.0, return_inverse=True)[1]
-    return np.bincount(second, beside**2 - alone**2) / np.bincount(second)
+    return KeptBack(errors, np.bincount(second, beside**2 - alone**2) / np.bincount(second))
 
 
 def predicts(error: Mapping[str, float], added_n2: Array) -> bool:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.robot.evidence import PIECE_S, RawGroup
 from testbed.diagnosis.robot.friction import areas
+from testbed.diagnosis.robot.kept_back_part import LEARNT_SHARE
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES
 from testbed.machine.scale import Scale
@@ -29,7 +30,6 @@ RESTLESS, LEAST_N, HUNTING_N = 3.0, 80.0, 250.0
 """Sound machines have lines of their own, valves that hunt: so much above the spectrum, and so
 large, the last of rotation joints (E).
 """
-LEARNT_SHARE = 0.65
 
 
 @dataclass(frozen=True, eq=False)
