@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from testbed.workflows.diagnose import Diagnosed, diagnose
     from testbed.workflows.identify import identify
 
-__version__ = "0.34.0"
+__version__ = "0.35.0"
 __all__ = [
     "Diagnosed",
     "InputError",
